@@ -33,7 +33,7 @@ from checkout.screens import screen
 from checkout.starting import SetupError, say, start, without_driver_noise
 from checkout.system_packages import ensure_system
 from inspector.system_libraries import has_screen
-from twistcore.files.encoding import legible
+from twistcore.files.encoding import escape_control_characters
 from twistcore.formats.suffixes import clip_suffix
 
 
@@ -86,7 +86,7 @@ def show_clip(args: list[str], env: dict[str, str]) -> int:
     say("There is no screen, so a picture is taken on a virtual one. Nothing is decided.")
     status = start_unseen([*args, "--screenshot", str(places.OUT / "inspector.png")], env)
     if status == 0 and clip_suffix(args[0]):
-        say(f"Found in {legible(args[0])}:")
+        say(f"Found in {escape_control_characters(args[0])}:")
         status = start([str(places.PYTHON), "-m", "twistcore", "detect", args[0]], env, Path.cwd())
         # 1: no chain was found, which `detect` has reported; the picture is fine.
         status = 0 if status == 1 else status
@@ -117,7 +117,7 @@ def list_results(began: float) -> None:
     }
     say(f"Results in {places.OUT}:")
     files = [f for f in sorted(places.OUT.rglob("*")) if f.is_file() and f.stat().st_mtime >= began]
-    names = [legible(file.relative_to(places.OUT).as_posix()) for file in files]
+    names = [escape_control_characters(file.relative_to(places.OUT).as_posix()) for file in files]
     width = max(map(len, names), default=0)
     for file, name in zip(files, names, strict=True):
         kind = next((kinds[k] for k in kinds if file.name.lower().endswith(k)), "")
@@ -154,7 +154,9 @@ def warn_of_missing_translations() -> int:
 def command_check(args: list[str]) -> int:
     """Run every check, even if one fails, so that one run shows all problems."""
     if args:
-        raise SetupError(f"check takes no arguments, but got: {legible(' '.join(args))}")
+        raise SetupError(
+            f"check takes no arguments, but got: {escape_control_characters(' '.join(args))}"
+        )
     python = str(places.PYTHON)
     # Not the script lint-imports, whose first line has a path that breaks if the checkout moves.
     lint_imports = "from importlinter.cli import lint_imports_command as lint; lint()"
@@ -202,7 +204,9 @@ def command_shot(args: list[str]) -> int:
 def command_docs(args: list[str]) -> int:
     """Build the site, with warnings as errors. With --links, check its external links instead."""
     if args not in ([], ["--links"]):
-        raise SetupError(f"docs takes --links or nothing, but got: {legible(' '.join(args))}")
+        raise SetupError(
+            f"docs takes --links or nothing, but got: {escape_control_characters(' '.join(args))}"
+        )
     way, where = ("linkcheck", "build/links") if args else ("html", "build/site")
     # -E reads all pages, since a page's warnings appear only when it is read.
     words = ["-m", "sphinx", "-q", "-E", "-W", "--keep-going", "-n", "-b", way, "docs", where]
@@ -222,7 +226,10 @@ def command_lock(args: list[str]) -> int:
 def unlocked_wanted(args: list[str]) -> bool:
     """True if setup may install versions that are not in the lock file."""
     if args not in ([], [UNLOCKED]):
-        raise SetupError(f"setup takes {UNLOCKED} or nothing, but got: {legible(' '.join(args))}")
+        raise SetupError(
+            f"setup takes {UNLOCKED} or nothing, but got: "
+            f"{escape_control_characters(' '.join(args))}"
+        )
     return bool(args)
 
 

@@ -26,12 +26,12 @@ from twistcore.analysis.clip_analysis import analyse
 from twistcore.detection import Kind
 from twistcore.export.replay import accepted_motion
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip import Clip, rewritten
+from twistcore.formats.clip import Clip, patch_clip
 from twistcore.formats.npz import parse_npz
 from twistcore.review import Review
 from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import exponential, normalise
-from twistcore.synthesis import draw_errors, draw_targets, generator, inject
+from twistcore.synthesis import clip_random_generator, draw_errors, draw_targets, inject
 
 _LIMBS = (1, 2, 4, 5, 7, 8, 16, 17, 18, 19)
 
@@ -48,12 +48,12 @@ def tilts(degrees: float, rng: np.random.Generator) -> np.ndarray:
 
 def clips(motion: Motion, name: str, degrees: float) -> tuple[Clip, Clip]:
     """Return a clip with errors, read once with and once without its body."""
-    rng = generator(1, name)
+    rng = clip_random_generator(1, name)
     arrays = amass_arrays(motion, 24, tilt=tilts(degrees, rng))
     clean = parse_npz(packed(arrays), name)
     chains = analyse(clean).chains
     errors = draw_errors(clean.motion, draw_targets(chains, rng), rng)
-    wrong = rewritten(clean, inject(clean.motion, chains, errors)).data
+    wrong = patch_clip(clean, inject(clean.motion, chains, errors)).data
     with np.load(io.BytesIO(wrong)) as found:
         bare = {key: value for key, value in found.items() if key != "J"}
     return parse_npz(wrong, name), parse_npz(packed(bare), name)

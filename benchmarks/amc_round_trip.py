@@ -21,13 +21,13 @@ import numpy as np
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import (
     automatic_corrections,
+    joints_lacking_channels,
     refine,
     remove_twist,
-    stuck_joints,
 )
 from twistcore.detection import Interval
 from twistcore.formats.amc import AmcClip, parse_amc, read_amc
-from twistcore.formats.clip import rewritten
+from twistcore.formats.clip import patch_clip
 from twistcore.skeleton.rotation import geodesic_angle
 
 FLIPPED, DEGREES = 12, 170.0
@@ -42,7 +42,7 @@ def with_flip(clip: AmcClip) -> AmcClip:
     offset[start : start + FLIPPED] = -np.radians(DEGREES)
     by_name = {limb.name: offset}
     motion = remove_twist(clip.motion, analysis.chains_and_limbs, by_name, by_name)
-    return parse_amc(rewritten(clip, motion).data, clip.asf, clip.path)
+    return parse_amc(patch_clip(clip, motion).data, clip.asf, clip.path)
 
 
 def words(data: bytes) -> list[tuple[int, str, bytes]]:
@@ -83,9 +83,11 @@ def main() -> int:
         found = analyse(clip).detect()
         chains = {c.name: c for c in found.chains_and_limbs}
         applied = automatic_corrections(found)
-        able = [i for i in applied if not stuck_joints(clip.motion, chains[i.chain], [i])]
+        able = [
+            i for i in applied if not joints_lacking_channels(clip.motion, chains[i.chain], [i])
+        ]
         refined = refine(clip.motion, found.chains_and_limbs, applied)
-        before, after = (words(data) for data in (clip.data, rewritten(clip, refined).data))
+        before, after = (words(data) for data in (clip.data, patch_clip(clip, refined).data))
         same = len(before) == len(after)
         differ = {a[:2] for a, b in zip(before, after, strict=same) if a != b}
         others = differ - turned(clip, able)

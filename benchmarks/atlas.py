@@ -37,7 +37,7 @@ from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.detection import Interval, Kind
 from twistcore.formats.reading import is_clip, read_clip
-from twistcore.work.processes import each, reason
+from twistcore.work.processes import describe_failure, map_in_processes
 
 KINDS = tuple(kind for kind in Kind if not kind.of_capture)  # surveyed by default
 VERDICTS = ("error", "doubtful", "alarm")
@@ -151,9 +151,9 @@ def survey(
     """
     paths = [p for p in sorted(folder.glob("*/*")) if is_clip(p)]
     paths = [p for p in paths if not only or p.parent.name in only]
-    for path, seen in each(partial(look, kinds=kinds), paths, workers):
+    for path, seen in map_in_processes(partial(look, kinds=kinds), paths, workers):
         if isinstance(seen, Exception):
-            yield Seen(path.parent.name, path.name, problem=reason(path.name, seen))
+            yield Seen(path.parent.name, path.name, problem=describe_failure(path.name, seen))
         else:
             yield seen
 

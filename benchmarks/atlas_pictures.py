@@ -21,7 +21,7 @@ from matplotlib.patches import Polygon
 
 from twistcore.detection import Kind
 from twistcore.detection.limb_flips.swivel import swivel_of
-from twistcore.detection.lone_jumps import largest_natural_turn, own_axis
+from twistcore.detection.lone_jumps import largest_natural_turn, own_bone_axis
 from twistcore.detection.straight_limbs.straight_spells import bend_of
 from twistcore.detection.twist_increments import twist_increments
 from twistcore.formats.reading import read_clip
@@ -270,7 +270,7 @@ def _azimuth(q_c: Array, chain: Chain) -> Array:
 def _of_a_joint(panel: Any, motion: Motion, find: Any, frames: Any) -> None:
     """Plot the twist of the jumping joint about its axis, global and relative to its parent."""
     joint = motion.skeleton.index(find.joint)
-    axis = own_axis(motion.skeleton, joint)
+    axis = own_bone_axis(motion.skeleton, joint)
     part = motion.sliced(int(frames[0]), int(frames[-1]) + 1)
     for q, colour, word in (
         (forward_kinematics(part)[0][:, joint], INK, "in the room"),

@@ -29,7 +29,7 @@ from twistcore.formats.reading import read_clip
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import multiply, normalise, quaternion_from_axis_angle, rotate
-from twistcore.synthesis.injection import generator
+from twistcore.synthesis.injection import clip_random_generator
 
 SIZES = 5, 10, 15, 20, 25, 30, 40, 50, 60  # degrees beyond the straight limb
 _DRAWS = 12  # number of random places, of which the straightest is used
@@ -91,7 +91,7 @@ def measure(folder: Path, given: argparse.Namespace) -> None:
         if given.list:
             for one in own:
                 print(f"  {path.name}: {one.joint} {one.start}-{one.stop} {one.angle_text(1)}")
-        rng, hinges = generator(given.seed, path.name), hinges_of(clip)
+        rng, hinges = clip_random_generator(given.seed, path.name), hinges_of(clip)
         limbs, hinged = limbs + len(hinges), hinged + sum(h is not None for _, h in hinges)
         known = {(one.joint, one.start) for one in own}
         for chain, hinge in hinges:

@@ -24,7 +24,7 @@ import numpy as np
 from benchmarks.atlas import COLUMNS, VERDICTS, markdown, precision
 from benchmarks.evidence import equal_bins
 from twistcore.review.agreement import cohen_kappa
-from twistcore.tuning.learned_confidence import Bin, expected_error
+from twistcore.tuning.learned_confidence import Bin, expected_calibration_error
 
 BINS = 5  # number of bins with equal numbers of detections
 
@@ -108,7 +108,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     print()
     for b in bins:
         print(f"confidence {b.said:.2f}: {b.was:.2f} errors of {b.count}")
-    print(f"ECE {expected_error(bins):.3f}")
+    print(f"ECE {expected_calibration_error(bins):.3f}")
     if given.csv:
         columns = (*COLUMNS, "confidence", "first", "second", "verdict", "why", "picture")
         with given.csv.open("w", encoding="utf-8", newline="") as file:

@@ -22,13 +22,13 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.noise_bursts import RATES, at_rate, with_noise
-from twistcore.detection.cuts import leading_frames
+from twistcore.detection.cuts import count_leading_rest_frames
 from twistcore.errors import TwistError
 from twistcore.formats.reading import read_clip
 from twistcore.quamo.bursts import noisy_spans, smooth_spans
 from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import Array, normalise
-from twistcore.study.quamo.rivals import butterworth_both, of_components
+from twistcore.study.quamo.rivals import butterworth_zero_phase, filter_quaternion_components
 
 WAYS = ("input", "Butterworth", "smoothed bursts")
 HEIGHT_MM, CUTOFF = 1750.0, 3.5
@@ -46,7 +46,7 @@ def distances(made: Motion, truth: Motion, inside: Array) -> tuple[float, float]
 
 def filtered(motion: Motion) -> Motion:
     """Return the motion with all rotations filtered forward and backward."""
-    run = of_components(butterworth_both)
+    run = filter_quaternion_components(butterworth_zero_phase)
     q = run(motion.rotations, motion.frame_time, (2.0, CUTOFF))
     return motion.with_rotations(normalise(q))
 
@@ -86,7 +86,7 @@ def main() -> None:
                 motion = read_clip(path).motion
             except TwistError:
                 continue
-            motion = at_rate(motion.sliced(leading_frames(motion), motion.frames), fps)
+            motion = at_rate(motion.sliced(count_leading_rest_frames(motion), motion.frames), fps)
             if abs(motion.fps - fps) > 0.2 * fps:
                 continue
             for seed in range(given.seeds):

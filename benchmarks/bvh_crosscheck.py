@@ -26,7 +26,7 @@ from benchmarks._refined import EVERYTHING, refine_file
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import Clip
-from twistcore.formats.clip_files import BVH, clips_in
+from twistcore.formats.clip_files import BVH, clip_paths_in_folder
 from twistcore.skeleton.motion import forward_kinematics
 
 MOST = (1e-9, 1e-6, 1e-9)  # expected shares of the height: as read, rewritten, corrected
@@ -87,7 +87,9 @@ def main() -> int:
     parser.add_argument("folders", nargs="+", type=Path)
     worst, count, wrong = [0.0, 0.0, 0.0], 0, 0
     for path in sorted(
-        f for d in parser.parse_args().folders for f in clips_in(d, below=True, suffixes=BVH)
+        f
+        for d in parser.parse_args().folders
+        for f in clip_paths_in_folder(d, below=True, suffixes=BVH)
     ):
         try:
             found = (*differences(path), *corrected(path))

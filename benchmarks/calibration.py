@@ -27,17 +27,17 @@ from twistcore.detection.consistency import confidence
 from twistcore.detection.consistency.chain_analysis import ConsistencyAnalysis
 from twistcore.detection.detectors.consistency import ConsistencyDetector
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip_files import BVH, clips_in
+from twistcore.formats.clip_files import BVH, clip_paths_in_folder
 from twistcore.skeleton.chain import Chain, find_chains
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import wrap
 from twistcore.synthesis import (
     InjectedError,
+    apply_protocol_options,
+    clip_random_generator,
     draw_errors,
-    generator,
     inject,
     parse_protocol,
-    prepare,
 )
 
 PROTOCOLS = (
@@ -139,11 +139,11 @@ def collect(paths: Sequence[Path], seed: int) -> Sample:
         chains = find_chains(captured)
         for n, name in enumerate(PROTOCOLS):
             protocol = parse_protocol(name)
-            motion: Motion = prepare(captured, chains, protocol)
+            motion: Motion = apply_protocol_options(captured, chains, protocol)
             sample.add(candidates(detector.analyse(motion, chains), chains), (), clean=True)
             for k, chain in enumerate(chains):
                 limb = [c for c in chains if c.side == chain.side and _arm(c) == _arm(chain)]
-                rng = generator(seed, path.name, n, k)
+                rng = clip_random_generator(seed, path.name, n, k)
                 errors = draw_errors(motion, [chain], rng, protocol)
                 analysis = detector.analyse(inject(motion, chains, errors), limb)
                 sample.add(candidates(analysis, limb), errors, clean=False)
@@ -225,7 +225,7 @@ def main() -> None:
     parser.add_argument("--step", type=int, default=1, help="every step-th clip")
     parser.add_argument("--fit", default="05", help="the subject used for fitting")
     arguments = parser.parse_args()
-    paths = clips_in(arguments.folder, suffixes=BVH)
+    paths = clip_paths_in_folder(arguments.folder, suffixes=BVH)
     own = [p for p in paths if p.stem.split("_")[0] == arguments.fit][:: arguments.step]
     others = [p for p in paths if p.stem.split("_")[0] != arguments.fit][:: arguments.step]
     if not own or not others:

@@ -33,7 +33,7 @@ from benchmarks import blender_check, bvh_crosscheck
 from benchmarks.odd_files import comes_back
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip_files import BVH, clips_in
+from twistcore.formats.clip_files import BVH, clip_paths_in_folder
 
 
 @dataclass(frozen=True)
@@ -181,7 +181,7 @@ def main() -> int:
     arguments = parser.parse_args()
     files = []
     for folder in arguments.folders:
-        for path in sorted(clips_in(folder, below=True, suffixes=BVH)):
+        for path in sorted(clip_paths_in_folder(folder, below=True, suffixes=BVH)):
             files.append(checked(path, arguments.blender, correct=not arguments.uncorrected))
             print(line_of(files[-1]), flush=True)
     if arguments.list:

@@ -27,10 +27,10 @@ from typing import IO
 from tests.gui.looks import LOOKS
 from tests.gui.real_screen import RealScreen, WatchedProgram, real_screen, watched
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip import rewritten
-from twistcore.formats.clip_files import BVH, clips_in
+from twistcore.formats.clip import patch_clip
+from twistcore.formats.clip_files import BVH, clip_paths_in_folder
 from twistcore.skeleton.chain import find_chains
-from twistcore.synthesis import draw_errors, generator, inject
+from twistcore.synthesis import clip_random_generator, draw_errors, inject
 
 _CHAINS = 1  # number of chains with errors in a clip
 _SIZE = (1440, 900)
@@ -43,10 +43,10 @@ def with_errors(source: Path, target: Path) -> None:
     """Write a clip with seeded errors in some of its chains."""
     clip = read_bvh(source)
     chains = find_chains(clip.motion)
-    rng = generator(7, source.name)
+    rng = clip_random_generator(7, source.name)
     chosen = [chains[k] for k in rng.permutation(len(chains))[:_CHAINS]]
     dirty = inject(clip.motion, chains, draw_errors(clip.motion, chosen, rng))
-    target.write_bytes(rewritten(clip, dirty).data)
+    target.write_bytes(patch_clip(clip, dirty).data)
 
 
 @dataclass
@@ -338,7 +338,7 @@ def main() -> int:
         log = stack.enter_context((arguments.log or scratch / "log.jsonl").open("w"))
         folder = scratch / "clips"
         folder.mkdir()
-        sources = clips_in(arguments.folder, suffixes=BVH)[: arguments.clips]
+        sources = clip_paths_in_folder(arguments.folder, suffixes=BVH)[: arguments.clips]
         for source in sources:
             with_errors(source, folder / source.name)
         day = Day(log, random.Random(arguments.seed))

@@ -41,7 +41,7 @@ from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
 from tests.gui.waiting import wait
 from twistcore.analysis.decomposition import WhatIf
-from twistcore.formats.clip_files import BVH, clips_in
+from twistcore.formats.clip_files import BVH, clip_paths_in_folder
 from twistcore.review.model import resized
 
 MOST = 1.05  # largest allowed memory as a multiple of the memory at minute ten
@@ -372,11 +372,13 @@ def main() -> int:
         os.environ["TWIST_INSPECTOR_SETTINGS"] = str(Path(scratch, "settings.json"))
         folder = Path(scratch, "clips")
         folder.mkdir()
-        sources = clips_in(arguments.folder, suffixes=BVH)
+        sources = clip_paths_in_folder(arguments.folder, suffixes=BVH)
         for source in sources:
             with_errors(source, folder / source.name)
         app = make_application()
-        noted, sitting, said = sit(app, clips_in(folder), arguments.minutes, arguments.seed)
+        noted, sitting, said = sit(
+            app, clip_paths_in_folder(folder), arguments.minutes, arguments.seed
+        )
         shutil.rmtree(folder)
     print("\n" + ", ".join(f"{n} × {name}" for name, n in sorted(sitting.done.items())))
     for text, n in Counter(said.wrong).most_common():

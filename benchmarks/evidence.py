@@ -25,15 +25,27 @@ from benchmarks.real_corrections import clips_of
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.detection import Kind
-from twistcore.detection.evidence import Background, ChainSignals, SuspectedError, Terms, terms_of
+from twistcore.detection.evidence import (
+    Background,
+    ChainSignals,
+    SuspectedError,
+    Terms,
+    measure_evidence,
+)
 from twistcore.detection.evidence.judgement import WEIGHTS, unweighted_terms
 from twistcore.detection.straight_limbs import STRAIGHT
 from twistcore.errors import TwistError
 from twistcore.formats.reading import read_clip
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.motion import Motion
-from twistcore.synthesis import draw_errors, generator, inject, parse_protocol, prepare
-from twistcore.tuning.learned_confidence import Bin, expected_error
+from twistcore.synthesis import (
+    apply_protocol_options,
+    clip_random_generator,
+    draw_errors,
+    inject,
+    parse_protocol,
+)
+from twistcore.tuning.learned_confidence import Bin, expected_calibration_error
 
 # The prior of the weights, suggested by physics. It matters for weights that few detections affect.
 PRIOR: Mapping[str, float] = {
@@ -111,7 +123,7 @@ def finds_in(motion: Motion, set_name: str, rows: Sequence[Mapping[str, str]]) -
             )
             yield Judged(
                 set_name,
-                parts_of(terms_of(background, find)),
+                parts_of(measure_evidence(background, find)),
                 next(verdicts, ""),
                 id(interval) in applied,
                 (interval.evidence or {}).get("follows") == STRAIGHT,
@@ -131,10 +143,10 @@ def injected(motion: Motion, protocol: str, seed: int, name: str) -> Iterator[np
     """
     rules = parse_protocol(protocol)
     chains = find_chains(motion)
-    motion = prepare(motion, chains, rules)
+    motion = apply_protocol_options(motion, chains, rules)
     for k, segments in enumerate((("Arm", "UpLeg"), ("ForeArm", "Leg"))):
         targets = [c for c in chains if c.segment in segments]
-        errors = draw_errors(motion, targets, generator(seed, name, k), rules)
+        errors = draw_errors(motion, targets, clip_random_generator(seed, name, k), rules)
         if not errors:
             continue
         bad = inject(motion, chains, errors)
@@ -146,7 +158,7 @@ def injected(motion: Motion, protocol: str, seed: int, name: str) -> Iterator[np
             for interval, find in zip(own, finds, strict=True):
                 true = any(e.chain == chain.name and _alike(find, e.start, e.stop) for e in errors)
                 if true and (interval.evidence or {}).get("follows") != STRAIGHT:
-                    yield parts_of(terms_of(background, find))
+                    yield parts_of(measure_evidence(background, find))
 
 
 def fitted(judged: Sequence[Judged], errors: Sequence[np.ndarray]) -> np.ndarray:
@@ -178,7 +190,7 @@ def _counts(judged: Sequence[Judged], sure: Sequence[bool]) -> str:
 
 def calibration_error(probabilities: np.ndarray, right: np.ndarray) -> float:
     """Return the expected calibration error, over bins with equal numbers of detections."""
-    return expected_error(equal_bins(probabilities, right))
+    return expected_calibration_error(equal_bins(probabilities, right))
 
 
 def equal_bins(probabilities: np.ndarray, right: np.ndarray, bins: int = BINS) -> list[Bin]:

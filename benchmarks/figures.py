@@ -22,14 +22,14 @@ mpl.use("Agg")
 from matplotlib import pyplot as plt
 
 from twistcore.analysis.clip_analysis import analyse, detect
-from twistcore.detection.cuts import leading_frames
+from twistcore.detection.cuts import count_leading_rest_frames
 from twistcore.detection.natural_events import FLIP, NaturalEvent, natural_events
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip_files import BVH, clips_in
+from twistcore.formats.clip_files import BVH, clip_paths_in_folder
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import geodesic_angle
-from twistcore.synthesis.protocol import chain_increments
+from twistcore.synthesis.protocol import chain_twist_increments
 
 BEFORE, AFTER, SOFT = "#a65300", "#1668b3", "#556170"
 SEGMENTS = ("Shoulder", "Arm", "ForeArm", "UpLeg", "Leg")
@@ -74,7 +74,7 @@ def turns(motion: Motion, joint: int) -> np.ndarray:
 def flips(folder: Path) -> list[tuple[str, str, Motion, NaturalEvent]]:
     """Return the clip's name, the joint, the motion and the event of every flip in a folder."""
     found = []
-    for path in clips_in(folder, suffixes=BVH):
+    for path in clip_paths_in_folder(folder, suffixes=BVH):
         motion = read_bvh(path).motion
         names = motion.skeleton.names
         given = analyse(motion)
@@ -125,9 +125,9 @@ def flip_table(found: list[tuple[str, str, Motion, NaturalEvent]]) -> str:
 def alarm_figure(folders: list[Path], path: Path) -> int:
     """Draw Δθp and Δθc around each detection in the clips. Return the number of detections."""
     found = []
-    for clip in (c for folder in folders for c in clips_in(folder, suffixes=BVH)):
+    for clip in (c for folder in folders for c in clip_paths_in_folder(folder, suffixes=BVH)):
         motion = read_bvh(clip).motion
-        first = leading_frames(motion)
+        first = count_leading_rest_frames(motion)
         motion = motion.sliced(first, motion.frames)
         chains = find_chains(motion)
         found += [(clip.stem, motion, chains, i, first) for i in detect(motion, chains)]
@@ -138,7 +138,7 @@ def alarm_figure(folders: list[Path], path: Path) -> int:
         panel.set_visible(False)
     for panel, (clip, motion, chains, interval, first) in zip(panels.flat, found, strict=False):
         chain = next(c for c in chains if c.name == interval.chain)
-        x, y = chain_increments(motion, chain)
+        x, y = chain_twist_increments(motion, chain)
         low, high = max(0, interval.start - 25), min(motion.frames, interval.stop + 25)
         at = np.arange(low, high)
         panel.axvspan(interval.start - 0.5 + first, interval.stop - 0.5 + first, color="#dddddd")

@@ -25,10 +25,10 @@ from inspector.session.settings import Settings
 from twistcore.batch.clip_severity import severity_of_intervals
 from twistcore.detection import Interval
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip import rewritten
-from twistcore.formats.clip_files import BVH, clips_in
+from twistcore.formats.clip import patch_clip
+from twistcore.formats.clip_files import BVH, clip_paths_in_folder
 from twistcore.skeleton.chain import find_chains
-from twistcore.synthesis import draw_errors, generator, inject
+from twistcore.synthesis import clip_random_generator, draw_errors, inject
 
 _TICK_MS = 4
 
@@ -37,11 +37,11 @@ def with_errors(source: Path, target: Path, chains_hit: int) -> float:
     """Write a clip with errors in `chains_hit` of its chains. Return its true severity."""
     clip = read_bvh(source)
     chains = find_chains(clip.motion)
-    rng = generator(1, source.name)
+    rng = clip_random_generator(1, source.name)
     chosen = [chains[k] for k in rng.permutation(len(chains))[:chains_hit]]
     errors = draw_errors(clip.motion, chosen, rng)
     dirty = inject(clip.motion, chains, errors)
-    target.write_bytes(rewritten(clip, dirty).data)
+    target.write_bytes(patch_clip(clip, dirty).data)
     by_name = {c.name: c for c in chains}
     found = [(Interval(e.chain, e.start, e.stop, e.offset), by_name[e.chain]) for e in errors]
     return severity_of_intervals(found, clip.motion.frames, clip.motion.fps)
@@ -59,7 +59,9 @@ def main() -> None:
 
     with tempfile.TemporaryDirectory() as folder:
         truth = {}
-        for k, source in enumerate(clips_in(arguments.folder, suffixes=BVH)[: arguments.clips]):
+        for k, source in enumerate(
+            clip_paths_in_folder(arguments.folder, suffixes=BVH)[: arguments.clips]
+        ):
             target = Path(folder) / source.name
             truth[target] = with_errors(source, target, k % 9)
         window = MainWindow(Settings(), None)

@@ -23,7 +23,7 @@ from benchmarks.atlas_pictures import plt as plots
 from twistcore.analysis.correction.twist_removal import refine
 from twistcore.detection.evidence import ChainSignals
 from twistcore.detection.interval import Interval, Kind
-from twistcore.detection.lone_jumps import own_axis
+from twistcore.detection.lone_jumps import own_bone_axis
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Motion, forward_kinematics
@@ -320,7 +320,9 @@ def _limb(part: Motion, scene: Scene) -> tuple[Array, Array]:
     joints = list(scene.path)
     points = [first, *(places[:, j] for j in joints)]
     last = joints[-1]
-    if (axis := own_axis(part.skeleton, last)) is not None and not part.skeleton.children[last]:
+    if (axis := own_bone_axis(part.skeleton, last)) is not None and not part.skeleton.children[
+        last
+    ]:
         end = part.skeleton.end_offsets.get(last, axis)
         points.append(places[:, last] + rotate(rotations[:, last], end))
     elif len(joints) == 1:
@@ -332,7 +334,7 @@ def _limb(part: Motion, scene: Scene) -> tuple[Array, Array]:
 
 def _bone_axis(motion: Motion, joint: int) -> Array:
     """Return the axis of a joint's bone, or the direction from its parent if it has no bone."""
-    if (axis := own_axis(motion.skeleton, joint)) is not None:
+    if (axis := own_bone_axis(motion.skeleton, joint)) is not None:
         return axis
     offset = motion.skeleton.offsets[joint]
     size = float(np.linalg.norm(offset))

@@ -29,7 +29,7 @@ from twistcore.formats.reading import read_clip
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, exponential, multiply, normalise
-from twistcore.synthesis.injection import generator
+from twistcore.synthesis.injection import clip_random_generator
 
 OF_JOINTS = (Kind.SPIKE, Kind.JOINT_JUMP, Kind.PLACE_JUMP, Kind.BODY_STEP)
 _FINDS = {*OF_JOINTS, Kind.LONE_JUMP}
@@ -153,7 +153,7 @@ def measured(folder: Path, given: argparse.Namespace) -> str:
             if given.rate:
                 motion = at_rate(motion, given.rate)
             before = list(analyse(motion).detect(kinds=_FINDS))
-            spikes = draw_spikes(motion, generator(given.seed, path.name))
+            spikes = draw_spikes(motion, clip_random_generator(given.seed, path.name))
             dirty = analyse(inject_spikes(motion, spikes))
             every = list(dirty.detect())
         except TwistError as error:

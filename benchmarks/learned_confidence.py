@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.simulated_reviewer import DECOY, NATURAL, Reviewed, reviewed_folder, sampled
-from twistcore.formats.clip_files import BVH, clips_in
+from twistcore.formats.clip_files import BVH, clip_paths_in_folder
 from twistcore.tuning.learned_confidence import (
     ConfidenceVerdicts,
     fit_confidence,
@@ -99,7 +99,9 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=CHOSEN_ON, help="the first pass's seed")
     parser.add_argument("--keep", type=Path, help="a folder to cache passes")
     arguments = parser.parse_args()
-    paths = sorted(p for folder in arguments.folders for p in clips_in(folder, suffixes=BVH))
+    paths = sorted(
+        p for folder in arguments.folders for p in clip_paths_in_folder(folder, suffixes=BVH)
+    )
     if not paths:
         parser.error("no BVH")
     passes = range(arguments.first, arguments.first + arguments.seeds)

@@ -28,18 +28,18 @@ from twistcore.analysis.clip_analysis import analyse
 from twistcore.detection import DEFAULT_METHOD
 from twistcore.detection.prediction import Mask
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip_files import BVH, clips_in
+from twistcore.formats.clip_files import BVH, clip_paths_in_folder
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array
-from twistcore.study.benchmark.clip_scene import make_scene
-from twistcore.study.benchmark.passes import clean_run, run_item
+from twistcore.study.benchmark.clip_scene import make_clean_scene
+from twistcore.study.benchmark.passes import run_benchmark_passes, run_on_clean_motion
 from twistcore.study.benchmark.tally import Tally
-from twistcore.synthesis import parse_protocol, prepare
-from twistcore.tuning import TauCurve, clip_tuning
+from twistcore.synthesis import apply_protocol_options, parse_protocol
+from twistcore.tuning import TauCurve, prepare_clip_tuning
 from twistcore.tuning.common_tau import common_tau
 from twistcore.tuning.injected_curve import PROTOCOLS
-from twistcore.tuning.verdict_curve import wilson
-from twistcore.tuning.verdicts_of import performer_of
+from twistcore.tuning.verdict_curve import wilson_bounds
+from twistcore.tuning.verdicts_of import performer_of_clip
 
 VERDICTS = 200
 
@@ -47,12 +47,12 @@ VERDICTS = 200
 def captured(path: Path, harder: str) -> Motion:
     """Return the motion of a clip, made harder for the detector by the protocol `harder`."""
     motion = read_bvh(path).motion
-    return prepare(motion, analyse(motion).chains, parse_protocol(harder))
+    return apply_protocol_options(motion, analyse(motion).chains, parse_protocol(harder))
 
 
 def suggest(path: Path, harder: str) -> dict[str, TauCurve]:
     """Return the curves from which a clip's τ is chosen, keyed by chain name."""
-    tuning = clip_tuning(captured(path, harder), path.name)
+    tuning = prepare_clip_tuning(captured(path, harder), path.name)
     return {name: tuning.curve(name) for name in tuning.names}
 
 
@@ -64,11 +64,13 @@ def judge(path: Path, harder: str, seeds: Sequence[int], tau: Mapping[str, float
     """
     row = []
     for protocol in PROTOCOLS:
-        scene = make_scene(path.name, captured(path, harder), parse_protocol(protocol))
-        clean = clean_run(scene, DEFAULT_METHOD, tau)
+        scene = make_clean_scene(path.name, captured(path, harder), parse_protocol(protocol))
+        clean = run_on_clean_motion(scene, DEFAULT_METHOD, tau)
         total = Tally()
         for seed in seeds:
-            total = sum(run_item(scene, DEFAULT_METHOD, seed, clean, tau).values(), total)
+            total = sum(
+                run_benchmark_passes(scene, DEFAULT_METHOD, seed, clean, tau).values(), total
+            )
         row += [total.repaired, total.frames]
     names = {c.name for c in scene.chains}
     return np.array([*row, sum(len(clean.outcome.found[n]) for n in names)], dtype=float)
@@ -89,7 +91,7 @@ def report(title: str, rows: Array, tau: Sequence[float]) -> None:
 
 
 def _clips(well: Mask) -> str:
-    low, high = wilson(np.array(well.sum()), np.array(len(well)))
+    low, high = wilson_bounds(np.array(well.sum()), np.array(len(well)))
     return f" (all well in {well.sum()} of {len(well)} clips: {100 * low:.0f}-{100 * high:.0f} %)"
 
 
@@ -130,18 +132,18 @@ def main() -> None:
         "--harder", default="P0", help="how clips are made harder first, such as rich+H1"
     )
     arguments = parser.parse_args()
-    paths = clips_in(arguments.folder, suffixes=BVH)
-    who = [performer_of(p.name) for p in paths]
+    paths = clip_paths_in_folder(arguments.folder, suffixes=BVH)
+    who = [performer_of_clip(p.name) for p in paths]
     most = max(sorted(set(who)), key=who.count)
-    first = [p for p in paths if performer_of(p.name) == most]
-    others = [p for p in paths if performer_of(p.name) != most]
+    first = [p for p in paths if performer_of_clip(p.name) == most]
+    others = [p for p in paths if performer_of_clip(p.name) != most]
     seeds = range(601, 601 + arguments.seeds)
     for fit, test in ((first, others), (others, first)):
         fit, test = fit[:: arguments.step], test[:: arguments.step]
         with ProcessPoolExecutor(os.cpu_count()) as pool:
             harder = arguments.harder
             injected = list(pool.map(partial(suggest, harder=harder), fit))
-        whose = [sorted({performer_of(p.name) for p in some}) for some in (fit, test)]
+        whose = [sorted({performer_of_clip(p.name) for p in some}) for some in (fit, test)]
         print(f"\nLearned from {', '.join(whose[0])}; judged on {', '.join(whose[1])}")
         names = sorted({n for curves in injected for n in curves})
         tau = {n: reduce(add, (c[n] for c in injected if n in c)).suggested() for n in names}

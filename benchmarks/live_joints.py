@@ -28,7 +28,7 @@ from twistcore.detection.limbs import Limbs
 from twistcore.detection.prediction import Mask
 from twistcore.detection.twist_increments import twist_increments
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip_files import BVH, clips_in
+from twistcore.formats.clip_files import BVH, clip_paths_in_folder
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import (
@@ -38,8 +38,8 @@ from twistcore.skeleton.rotation import (
     normalise,
     quaternion_from_axis_angle,
 )
-from twistcore.study.benchmark.clip_scene import CleanScene, make_scene
-from twistcore.study.benchmark.passes import apply_method, draw_pass_errors
+from twistcore.study.benchmark.clip_scene import CleanScene, make_clean_scene
+from twistcore.study.benchmark.passes import apply_benchmark_method, draw_pass_errors
 from twistcore.synthesis import SUCCESS, InjectedError, inject, parse_protocol
 
 METHOD = "consistency"
@@ -99,7 +99,7 @@ def success(scene: CleanScene, seeds: Sequence[int], edges_known: bool) -> float
             limb = [c for c in group if c in scene.chains]
             dirty = inject(scene.motion, limb, errors)
             with known_edges(limb, errors) if edges_known else nullcontext():
-                refined = apply_method(METHOD, dirty, limb).rotations
+                refined = apply_benchmark_method(METHOD, dirty, limb).rotations
             parents = {chain.name: chain.parent for chain in limb}
             for e in errors:
                 rows, p = e.start + np.flatnonzero(e.offset), parents[e.chain]
@@ -130,13 +130,13 @@ def main() -> None:
     seeds = range(arguments.seed, arguments.seed + arguments.seeds)
     print(f"| clip | Hz | row | {' | '.join(f'{j} × {s:g}' for j, s in SETTINGS)} |")
     print("|---" * (3 + len(SETTINGS)) + "|")
-    for path in clips_in(arguments.folder, below=True, suffixes=BVH):
-        plain = make_scene(path.name, read_bvh(path).motion, parse_protocol("P0"))
+    for path in clip_paths_in_folder(arguments.folder, below=True, suffixes=BVH):
+        plain = make_clean_scene(path.name, read_bvh(path).motion, parse_protocol("P0"))
         for row in arguments.protocol:
             cells = []
             for joint, share in SETTINGS:
                 motion = quietened(plain.motion, plain.chains, joint, share)
-                scene = make_scene(path.name, motion, parse_protocol(row))
+                scene = make_clean_scene(path.name, motion, parse_protocol(row))
                 fsr = success(scene, seeds, arguments.edges_known)
                 cells.append(f"{fsr:.2f} (σ {sigma(scene):.3f}°)")
             print(f"| {path.stem} | {scene.motion.fps:.0f} | {row} | {' | '.join(cells)} |")

@@ -35,19 +35,19 @@ from twistcore.analysis.correction.twist_removal import (
     refine,
 )
 from twistcore.detection import Interval, Kind
-from twistcore.detection.cuts import leading_frames
+from twistcore.detection.cuts import count_leading_rest_frames
 from twistcore.formats.bvh import parse_bvh, read_bvh
 from twistcore.formats.bvh.clip import BvhClip
-from twistcore.formats.bvh.reader import timing_fields
-from twistcore.formats.clip import rewritten
-from twistcore.formats.clip_files import BVH, clips_in
+from twistcore.formats.bvh.reader import bvh_timing_number_spans
+from twistcore.formats.clip import patch_clip
+from twistcore.formats.clip_files import BVH, clip_paths_in_folder
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.synthesis import (
     InjectedError,
+    clip_random_generator,
     draw_errors,
     draw_targets,
-    generator,
     inject,
     parse_protocol,
 )
@@ -117,7 +117,7 @@ NOTATIONS = (
 
 def with_values(clip: BvhClip, values: Array, frame_time: float) -> BvhClip:
     """Return the clip with different rows of numbers, as if read from a file."""
-    (f0, f1), (t0, _) = timing_fields(clip.data)
+    (f0, f1), (t0, _) = bvh_timing_number_spans(clip.data)
     rows = "\n".join(" ".join(f"{v:.6f}" for v in row) for row in values.tolist())
     data = clip.data
     head = data[:f0] + str(len(values)).encode() + data[f1:t0] + f"{frame_time:.9g}".encode()
@@ -137,7 +137,7 @@ def sound(clip: BvhClip) -> BvhClip:
         if not (applied := automatic_corrections(found)):
             break
         without = refine(clip.motion, found.chains_and_limbs, applied)
-        clip = parse_bvh(rewritten(clip, without).data, clip.path)
+        clip = parse_bvh(patch_clip(clip, without).data, clip.path)
     return clip
 
 
@@ -152,16 +152,16 @@ def drawn(clip: BvhClip, seed: int, words: str) -> tuple[list, tuple[InjectedErr
     `seed` and `words` seed the errors together with the clip's name.
     """
     protocol = replace(parse_protocol("P0"), delta=(15.0, 150.0))
-    rng = generator(seed, clip.name + words)
+    rng = clip_random_generator(seed, clip.name + words)
     chains = find_chains(clip.motion)
     targets = draw_targets(chains, rng, protocol)
-    first = max(1, leading_frames(clip.motion))
+    first = max(1, count_leading_rest_frames(clip.motion))
     return chains, draw_errors(clip.motion, targets, rng, protocol, first=first)
 
 
 def with_errors(clip: BvhClip, chains: Sequence, errors: Sequence[InjectedError]) -> BvhClip:
     """Return the clip with errors, written to a file and read back."""
-    return parse_bvh(rewritten(clip, inject(clip.motion, chains, errors)).data, clip.path)
+    return parse_bvh(patch_clip(clip, inject(clip.motion, chains, errors)).data, clip.path)
 
 
 def by_chain(found: Sequence[Interval], frames: int) -> dict[str, Array]:
@@ -263,7 +263,7 @@ def main() -> int:
     notations = [n for n in (PLAIN, *NOTATIONS) if options.only in n.name]
     rows = {n.name: Row() for n in notations}
     for folder in options.folder:
-        for path in list(clips_in(folder, suffixes=BVH))[: options.clips]:
+        for path in list(clip_paths_in_folder(folder, suffixes=BVH))[: options.clips]:
             clip = read_bvh(path) if options.as_it_is else sound(read_bvh(path))
             own = len(corrections(clip))
             for n in notations:

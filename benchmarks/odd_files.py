@@ -18,7 +18,7 @@ from pathlib import Path
 from twistcore.errors import BvhError
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import Clip, write_clip
-from twistcore.formats.clip_files import BVH, clips_in
+from twistcore.formats.clip_files import BVH, clip_paths_in_folder
 from twistcore.skeleton.chain import find_chains
 
 BEGIN, END = "<!-- odd files: begin -->", "<!-- odd files: end -->"
@@ -145,7 +145,7 @@ def main() -> int:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--write", type=Path, metavar="PAGE")
     arguments = parser.parse_args()
-    rows = [row(path) for path in clips_in(arguments.folder, below=True, suffixes=BVH)]
+    rows = [row(path) for path in clip_paths_in_folder(arguments.folder, below=True, suffixes=BVH)]
     if arguments.write:
         page = arguments.write.read_text("utf-8")
         arguments.write.write_text(written_into(page, rows), "utf-8")

@@ -28,7 +28,7 @@ from twistcore.review import (
     Edit,
     Journal,
     read_session,
-    recover,
+    replay_journal,
     session_bytes,
 )
 from twistcore.review.model import resized
@@ -104,7 +104,7 @@ def _check(journal: MadeJournal, place: int, tail: bytes, path: Path) -> None:
     # No tail begins with a line end, which would complete a line that lacks only its end.
     where = f"cut at {place} before {tail[:8]!r}"
     try:
-        back = recover(path)
+        back = replay_journal(path)
     except FormatError:
         assert whole == 0, where
         return

@@ -24,22 +24,22 @@ import numpy as np
 from twistcore.analysis.clip_analysis import detect
 from twistcore.analysis.correction.twist_removal import refine
 from twistcore.detection import Interval
-from twistcore.detection.cuts import leading_frames
+from twistcore.detection.cuts import count_leading_rest_frames
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip_files import BVH, clips_in
-from twistcore.quamo.track_clip import track_by_hand
+from twistcore.formats.clip_files import BVH, clip_paths_in_folder
+from twistcore.quamo.track_clip import track_with_hand_gains
 from twistcore.skeleton.chain import Chain, find_chains, uncorrectable_joints
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import geodesic_angle
 from twistcore.synthesis import (
     SUCCESS,
     InjectedError,
+    apply_protocol_options,
+    clip_random_generator,
     draw_errors,
     draw_targets,
-    generator,
     inject,
     parse_protocol,
-    prepare,
 )
 
 SIZES = (0.0, 15.0, 45.0, 90.0, 181.0)  # edges of the classes of error size, in degrees
@@ -133,20 +133,22 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--both-ways", action="store_true")
     arguments = parser.parse_args()
-    track = partial(track_by_hand, causal=not arguments.both_ways)
+    track = partial(track_with_hand_gains, causal=not arguments.both_ways)
     protocol = parse_protocol(arguments.protocol)
     raw, tracked, after = Count(), Count(), Count()
-    paths = [p for p in clips_in(arguments.clips, suffixes=BVH) if "injected" not in p.stem]
+    paths = [
+        p for p in clip_paths_in_folder(arguments.clips, suffixes=BVH) if "injected" not in p.stem
+    ]
     for path in paths:
         motion = read_bvh(path).motion
-        motion = motion.sliced(leading_frames(motion), motion.frames)
+        motion = motion.sliced(count_leading_rest_frames(motion), motion.frames)
         chains = [c for c in find_chains(motion) if not uncorrectable_joints(motion, c)]
         by_name = {c.name: c for c in chains}
-        clean = prepare(motion, chains, protocol)
+        clean = apply_protocol_options(motion, chains, protocol)
         joints = np.arange(len(clean.skeleton))
         clean_tracked = track(clean, joints).motion
         for seed in range(arguments.seeds):
-            rng = generator(seed, path.name)
+            rng = clip_random_generator(seed, path.name)
             targets = draw_targets(chains, rng, protocol)
             errors = draw_errors(clean, targets, rng, protocol)
             dirty = inject(clean, chains, errors)

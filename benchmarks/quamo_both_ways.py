@@ -23,18 +23,18 @@ from benchmarks.quamo_rates import motions
 from twistcore.analysis.quality.figure import quality_of_positions
 from twistcore.quamo import HandGains, track, track_both_ways
 from twistcore.quamo.network import Network, read_network
-from twistcore.quamo.resample import resampled, sample_times
+from twistcore.quamo.resample import interpolate_poses_at_times, network_sample_times
 from twistcore.quamo.state_space import NETWORK_DT
-from twistcore.quamo.topology import places_24
+from twistcore.quamo.topology import smpl_joint_positions
 from twistcore.quamo.tracker import Controller
-from twistcore.quamo.weights import WEIGHTS, weights_name
+from twistcore.quamo.weights import WEIGHTS, network_weights_name
 from twistcore.skeleton.rotation import Array
 from twistcore.study.quamo.methods import SPLINE, baseline_methods
-from twistcore.study.quamo.noise import LEVELS, Noise, add_noise
+from twistcore.study.quamo.noise import LEVELS, Noise, add_pose_noise
 from twistcore.study.quamo.pose_errors import METRICS, pose_metrics
-from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_folder
+from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_sequence_folder
 from twistcore.study.quamo.tables import CONDITIONS, Method, score_methods
-from twistcore.synthesis import generator
+from twistcore.synthesis import clip_random_generator
 
 SEEDS = (11, 12, 13)
 OF_FILES = ("MPJPE", "Accel", "G-Accel", "FS")  # the metrics with targets for whole files
@@ -64,7 +64,7 @@ def learned(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Controller, s
 
 @cache
 def _network(subject: str) -> Network:
-    return read_network(WEIGHTS / weights_name("full", subject))
+    return read_network(WEIGHTS / network_weights_name("full", subject))
 
 
 def method(way: str, started: Started) -> Method:
@@ -123,19 +123,28 @@ def at_own_rate(folder: Path, every: int) -> list[str]:
     """
     lines = []
     for name, q, r, offsets, dt in list(motions(folder, every)):
-        times = sample_times(len(q), dt)
-        truth = 1000.0 * places_24(offsets, *resampled(q, r, times))
-        clean = quality_of_positions(1000.0 * places_24(offsets, q, r)).jitter
+        times = network_sample_times(len(q), dt)
+        truth = 1000.0 * smpl_joint_positions(offsets, *interpolate_poses_at_times(q, r, times))
+        clean = quality_of_positions(1000.0 * smpl_joint_positions(offsets, q, r)).jitter
         for level in LEVELS:
-            given = add_noise(q, r, Noise(LEVELS[level]), generator(SEEDS[0], name), dt=dt)
-            before = pose_metrics(1000.0 * places_24(offsets, *resampled(*given, times)), truth)
+            given = add_pose_noise(
+                q, r, Noise(LEVELS[level]), clip_random_generator(SEEDS[0], name), dt=dt
+            )
+            before = pose_metrics(
+                1000.0 * smpl_joint_positions(offsets, *interpolate_poses_at_times(*given, times)),
+                truth,
+            )
             for way, run in WAYS.items():
                 found = run(*given, dt, HandGains())
-                at_25 = 1000.0 * places_24(offsets, *resampled(found.q, found.r, times))
+                at_25 = 1000.0 * smpl_joint_positions(
+                    offsets, *interpolate_poses_at_times(found.q, found.r, times)
+                )
                 after = np.array(pose_metrics(at_25, truth).values())
                 ratio = after / np.maximum(before.values(), 1e-9)
                 cells = " | ".join(f"{ratio[METRICS.index(m)]:.3f}" for m in SHOWN)
-                jitter = quality_of_positions(1000.0 * places_24(offsets, found.q, found.r)).jitter
+                jitter = quality_of_positions(
+                    1000.0 * smpl_joint_positions(offsets, found.q, found.r)
+                ).jitter
                 lines.append(
                     f"| {name}, {1.0 / dt:.0f} Hz | {level} | {way} | {cells} | {jitter:.2f} "
                     f"({clean:.2f}) |"
@@ -150,7 +159,7 @@ def main() -> None:
     parser.add_argument("--by-clip", action="store_true")
     parser.add_argument("--native", type=int, metavar="N")
     arguments = parser.parse_args()
-    clips = [c for c in read_folder(arguments.folder)[0] if c.subject in HELD_OUT]
+    clips = [c for c in read_sequence_folder(arguments.folder)[0] if c.subject in HELD_OUT]
     if not clips:
         parser.error(f"no clip of CMU's subjects {', '.join(HELD_OUT)} in {arguments.folder}")
     if arguments.by_clip:
@@ -162,7 +171,7 @@ def main() -> None:
             print("\n".join(by_clip(clips, run)))
         return
     rows = {f"hand, {way}": method(way, by_hand) for way in WAYS}
-    if all((WEIGHTS / weights_name("full", c.subject)).exists() for c in clips):
+    if all((WEIGHTS / network_weights_name("full", c.subject)).exists() for c in clips):
         rows |= {f"learned, {way}": method(way, learned) for way in WAYS}
     heads = " | ".join(SHOWN)
     print(f"{len(clips)} clips, {sum(len(c.q) for c in clips)} frames at 25 Hz\n")

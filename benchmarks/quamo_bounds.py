@@ -24,13 +24,13 @@ from benchmarks.quamo_fits import (
     shrunk,
     without_offset,
 )
-from twistcore.quamo.spline import PLACE_SHARE, smoothed, smoothed_rotations
+from twistcore.quamo.spline import PLACE_SHARE, rotations_smoothed_by_spline, smoothed_by_spline
 from twistcore.quamo.state_space import NETWORK_DT, Gains
 from twistcore.skeleton.rotation import Array
-from twistcore.study.quamo.methods import hand_method
+from twistcore.study.quamo.methods import hand_tuned_method
 from twistcore.study.quamo.noise import Noise
 from twistcore.study.quamo.pose_errors import METRICS, pose_metrics
-from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_folder
+from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_sequence_folder
 from twistcore.study.quamo.tables import (
     CONDITIONS,
     Method,
@@ -55,7 +55,7 @@ def then_by_hand(method: Method) -> Method:
     """Return a method that applies another method, and then tracks with hand-tuned gains."""
 
     def run(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
-        return hand_method()(clip, *method(clip, q_hat, r_hat))
+        return hand_tuned_method()(clip, *method(clip, q_hat, r_hat))
 
     return run
 
@@ -63,8 +63,8 @@ def then_by_hand(method: Method) -> Method:
 def splined(cutoff: float) -> Method:
     """Return a method that smooths with the spline. `cutoff` is in Hz."""
     return lambda _, q_hat, r_hat: (
-        smoothed_rotations(q_hat, cutoff, NETWORK_DT),
-        smoothed(r_hat, PLACE_SHARE * cutoff, NETWORK_DT),
+        rotations_smoothed_by_spline(q_hat, cutoff, NETWORK_DT),
+        smoothed_by_spline(r_hat, PLACE_SHARE * cutoff, NETWORK_DT),
     )
 
 
@@ -72,7 +72,7 @@ def root_by_hand(kp: float, kd: float) -> Method:
     """Return a method that tracks only the root, with hand-tuned gains."""
 
     def run(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
-        return q_hat, hand_method(Gains(root_kp=kp, root_kd=kd))(clip, q_hat, r_hat)[1]
+        return q_hat, hand_tuned_method(Gains(root_kp=kp, root_kd=kd))(clip, q_hat, r_hat)[1]
 
     return run
 
@@ -83,7 +83,7 @@ def smoothness_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Meth
     The methods are hand-tuned gains along their trade-off, and splines over the whole file.
     """
     del clips, noise
-    by_hand = {f"κP {kp:g}, κD {kd:g}": hand_method(Gains(kp=kp, kd=kd)) for kp, kd in GAINS}
+    by_hand = {f"κP {kp:g}, κD {kd:g}": hand_tuned_method(Gains(kp=kp, kd=kd)) for kp, kd in GAINS}
     of_file = {f"spline of the file, {cutoff:g} Hz": splined(cutoff) for cutoff in CUTOFFS}
     return {"stands still: no acceleration at all": still, **by_hand, **of_file}
 
@@ -182,7 +182,7 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seeds", type=int, default=3)
     arguments = parser.parse_args()
-    clips, _ = read_folder(arguments.folder)
+    clips, _ = read_sequence_folder(arguments.folder)
     apart = [c for c in CONDITIONS if not c.systematic]
     smooth = measured(clips, smoothness_rows, apart, arguments.seeds)
     for condition in apart:

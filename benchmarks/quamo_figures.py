@@ -20,7 +20,7 @@ from matplotlib.collections import LineCollection
 from twistcore.quamo.state_space import NETWORK_DT
 from twistcore.quamo.topology import ANKLES, PARENTS
 from twistcore.skeleton.rotation import Array
-from twistcore.study.quamo.methods import SPLINE, hand_method
+from twistcore.study.quamo.methods import SPLINE, hand_tuned_method
 from twistcore.study.quamo.noise import LEVELS, Noise
 from twistcore.study.quamo.pose_errors import pose_metrics, root_aligned, second_difference
 from twistcore.study.quamo.rivals import RIVALS
@@ -66,7 +66,7 @@ class Made:
         self.truth = self.clip.places_mm(self.clip.q, self.clip.r)
         self.shown: dict[str, Array] = {
             "input": self.clip.places_mm(q_hat, r_hat),
-            STREAM_NAME: self.clip.places_mm(*hand_method()(self.clip, q_hat, r_hat)),
+            STREAM_NAME: self.clip.places_mm(*hand_tuned_method()(self.clip, q_hat, r_hat)),
             FILE_NAME: self.clip.places_mm(*of_file.run(q_hat, r_hat, NETWORK_DT)),
         }
 

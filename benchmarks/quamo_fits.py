@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from twistcore.analysis.quality.figure import in_contact, root_aligned
+from twistcore.analysis.quality.figure import foot_contact_mask, root_aligned
 from twistcore.quamo.state_space import NETWORK_DT
 from twistcore.quamo.topology import ANKLES, TOES
 from twistcore.skeleton.rotation import Array, conjugate, exponential, logarithm, multiply
@@ -185,7 +185,7 @@ def foot_steps(true_pose: bool, true_contact: bool) -> Steps:
         places = clip.places_mm(q, np.zeros_like(clip.r))
         feet = 0.5 * (places[:, ANKLES] + places[:, TOES])
         if true_contact:
-            down = in_contact(clip.places_mm(clip.q, clip.r))
+            down = foot_contact_mask(clip.places_mm(clip.q, clip.r))
         else:
             down = feet[..., 1] < feet[..., 1].min(axis=1, keepdims=True) + 30.0
         both = (down[1:] & down[:-1])[..., None]

@@ -17,17 +17,22 @@ from pathlib import Path
 
 import numpy as np
 
-from twistcore.detection.cuts import leading_frames
+from twistcore.detection.cuts import count_leading_rest_frames
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip_files import BVH, clips_in
-from twistcore.quamo.resample import resampled, sample_times
-from twistcore.quamo.spline import usual_cutoff
+from twistcore.formats.clip_files import BVH, clip_paths_in_folder
+from twistcore.quamo.resample import interpolate_poses_at_times, network_sample_times
+from twistcore.quamo.spline import default_spline_cutoff
 from twistcore.quamo.state_space import NETWORK_DT
-from twistcore.quamo.track_clip import chosen_joints, placed_joint, smooth_clip, track_by_hand
+from twistcore.quamo.track_clip import (
+    find_figure_position_joint,
+    select_writable_joints,
+    smooth_clip,
+    track_with_hand_gains,
+)
 from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import Array
-from twistcore.study.quamo.noise import LEVELS, Noise, add_noise
-from twistcore.synthesis import generator
+from twistcore.study.quamo.noise import LEVELS, Noise, add_pose_noise
+from twistcore.synthesis import clip_random_generator
 
 SEEDS = (41, 42)
 HEIGHT_MM = 1750.0
@@ -40,9 +45,9 @@ def places_mm(motion: Motion, scale: float) -> Array:
 
     `scale` is the length of the clip's unit in mm.
     """
-    times = sample_times(motion.frames, motion.frame_time)
+    times = network_sample_times(motion.frames, motion.frame_time)
     moved = [
-        resampled(motion.rotations, motion.positions[:, k], times)
+        interpolate_poses_at_times(motion.rotations, motion.positions[:, k], times)
         for k in range(motion.positions.shape[1])
     ]
     places = np.stack([r for _, r in moved], axis=1)
@@ -71,11 +76,14 @@ def made_noisy(motion: Motion, level: str, seed: int, name: str, scale: float) -
 
     `name` and `seed` seed the noise. `scale` is the length of the clip's unit in mm.
     """
-    joints, placed = chosen_joints(motion.skeleton, None), placed_joint(motion)
+    joints, placed = (
+        select_writable_joints(motion.skeleton, None),
+        find_figure_position_joint(motion),
+    )
     assert placed is not None
     r = motion.translation(placed)
-    wanted, rng = Noise(LEVELS[level]), generator(seed, name)
-    q_hat, r_hat = add_noise(
+    wanted, rng = Noise(LEVELS[level]), clip_random_generator(seed, name)
+    q_hat, r_hat = add_pose_noise(
         motion.rotations[:, joints], r, wanted, rng, unit=scale / 1000.0, dt=motion.frame_time
     )
     rotations, positions = motion.rotations.copy(), motion.positions.copy()
@@ -86,11 +94,11 @@ def made_noisy(motion: Motion, level: str, seed: int, name: str, scale: float) -
 
 def ways(motion: Motion) -> dict[str, Motion]:
     """Return the motion after tracking or smoothing by each method, keyed by method name."""
-    joints = chosen_joints(motion.skeleton, None)
-    spline = smooth_clip(motion, joints, usual_cutoff(motion.frame_time), place=True)
+    joints = select_writable_joints(motion.skeleton, None)
+    spline = smooth_clip(motion, joints, default_spline_cutoff(motion.frame_time), place=True)
     return {
-        "hand, causal": track_by_hand(motion, joints, causal=True, place=True).motion,
-        "hand, both ways": track_by_hand(motion, joints, causal=False, place=True).motion,
+        "hand, causal": track_with_hand_gains(motion, joints, causal=True, place=True).motion,
+        "hand, both ways": track_with_hand_gains(motion, joints, causal=False, place=True).motion,
         "spline": spline,
     }
 
@@ -101,10 +109,10 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     found: dict[tuple[str, str], list[Array]] = {}
     clips = 0
-    for path in clips_in(parser.parse_args().folder, suffixes=BVH):
+    for path in clip_paths_in_folder(parser.parse_args().folder, suffixes=BVH):
         motion = read_bvh(path).motion
-        motion = motion.sliced(leading_frames(motion), motion.frames)
-        placed = placed_joint(motion)
+        motion = motion.sliced(count_leading_rest_frames(motion), motion.frames)
+        placed = find_figure_position_joint(motion)
         if motion.frames < SHORTEST or placed is None:
             continue
         clips += 1

@@ -18,16 +18,22 @@ import numpy as np
 
 from twistcore.analysis.quality.figure import quality_of_positions
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip_files import BVH, clips_in
+from twistcore.formats.clip_files import BVH, clip_paths_in_folder
 from twistcore.quamo import Gains, HandGains, track, track_both_ways
-from twistcore.quamo.resample import resampled, sample_times
-from twistcore.quamo.spline import CUTOFF, PLACE_SHARE, smoothed, smoothed_rotations, usual_cutoff
-from twistcore.quamo.topology import CMU_UNIT, find_topology, places_24
+from twistcore.quamo.resample import interpolate_poses_at_times, network_sample_times
+from twistcore.quamo.spline import (
+    CUTOFF,
+    PLACE_SHARE,
+    default_spline_cutoff,
+    rotations_smoothed_by_spline,
+    smoothed_by_spline,
+)
+from twistcore.quamo.topology import CMU_UNIT, find_network_joints, smpl_joint_positions
 from twistcore.quamo.tracker import TrackResult
 from twistcore.skeleton.rotation import Array
-from twistcore.study.quamo.noise import LEVELS, Noise, add_noise
+from twistcore.study.quamo.noise import LEVELS, Noise, add_pose_noise
 from twistcore.study.quamo.pose_errors import METRICS, pose_metrics
-from twistcore.synthesis import generator
+from twistcore.synthesis import clip_random_generator
 
 EVERY, STEPS = 4, (1, 2)  # use every fourth clip, with every frame and with every second frame
 Run = Callable[[Array, Array, float], tuple[Array, Array]]
@@ -53,8 +59,8 @@ def spline(cutoff_of: Callable[[float], float]) -> Run:
     `cutoff_of` is a function that returns the cut-off in Hz for a frame time.
     """
     return lambda q_hat, r_hat, dt: (
-        smoothed_rotations(q_hat, cutoff_of(dt), dt),
-        smoothed(r_hat, PLACE_SHARE * cutoff_of(dt), dt),
+        rotations_smoothed_by_spline(q_hat, cutoff_of(dt), dt),
+        smoothed_by_spline(r_hat, PLACE_SHARE * cutoff_of(dt), dt),
     )
 
 
@@ -63,7 +69,7 @@ ROWS: dict[str, Run] = {
     "following the rate": by_hand(track),
     "following the rate, both ways": by_hand(track_both_ways),
     "spline, 4 Hz": spline(lambda _: CUTOFF),
-    "spline, following the rate": spline(usual_cutoff),
+    "spline, following the rate": spline(default_spline_cutoff),
 }
 
 
@@ -72,10 +78,10 @@ def motions(folder: Path, every: int = EVERY) -> Iterator[tuple[str, Array, Arra
 
     The clips have 24 joints. Lengths are in metres. `every` is N.
     """
-    for path in clips_in(folder, suffixes=BVH)[::every]:
+    for path in clip_paths_in_folder(folder, suffixes=BVH)[::every]:
         motion = read_bvh(path).motion
         motion = motion.sliced(1, motion.frames)
-        topology = find_topology(motion.skeleton)
+        topology = find_network_joints(motion.skeleton)
         yield (
             path.stem,
             topology.reduced(motion.rotations),
@@ -93,15 +99,19 @@ def measured(folder: Path, level: str, step: int) -> dict[str, Array]:
     sums = {name: np.zeros(len(METRICS) + 1) for name in ("input", *ROWS)}
     for name, q_all, r_all, offsets, native in motions(folder):
         q, r, dt = q_all[::step], r_all[::step], step * native
-        times = sample_times(len(q), dt)
-        q_hat, r_hat = add_noise(q, r, Noise(LEVELS[level]), generator(0, name), dt=dt)
-        truth = 1000.0 * places_24(offsets, *resampled(q, r, times))
+        times = network_sample_times(len(q), dt)
+        q_hat, r_hat = add_pose_noise(
+            q, r, Noise(LEVELS[level]), clip_random_generator(0, name), dt=dt
+        )
+        truth = 1000.0 * smpl_joint_positions(offsets, *interpolate_poses_at_times(q, r, times))
         for row in sums:
             found = (q_hat, r_hat)
             if row in ROWS:
                 found = ROWS[row](q_hat, r_hat, dt)
-            at_25 = 1000.0 * places_24(offsets, *resampled(*found, times))
-            jitter = quality_of_positions(1000.0 * places_24(offsets, *found)).jitter
+            at_25 = 1000.0 * smpl_joint_positions(
+                offsets, *interpolate_poses_at_times(*found, times)
+            )
+            jitter = quality_of_positions(1000.0 * smpl_joint_positions(offsets, *found)).jitter
             sums[row] += len(q) * np.array([*pose_metrics(at_25, truth).values(), jitter])
     return {row: sums[row] / sums["input"] for row in ROWS}
 

@@ -19,11 +19,11 @@ import numpy as np
 
 from twistcore.errors import TwistError
 from twistcore.quamo import HandGains, Stepper, Tracker
-from twistcore.quamo.network import Network, read_network, untrained
-from twistcore.quamo.topology import skeleton_24
-from twistcore.quamo.weights import FINAL, WEIGHTS, weights_name
+from twistcore.quamo.network import Network, read_network, untrained_network
+from twistcore.quamo.topology import make_smpl_skeleton
+from twistcore.quamo.weights import FINAL, WEIGHTS, network_weights_name
 from twistcore.skeleton.motion import Motion, forward_kinematics
-from twistcore.study.quamo.noise import LEVELS, Noise, add_noise
+from twistcore.study.quamo.noise import LEVELS, Noise, add_pose_noise
 from twistcore.study.quamo.sequences import read_sequence
 from twistcore.study.quamo.torch_model import import_torch, make_step, track_windows
 
@@ -35,14 +35,16 @@ def main() -> None:
     """Measure every method and print a line for each."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--frames", type=int, default=1000)
-    parser.add_argument("--weights", type=Path, default=WEIGHTS / weights_name("full", FINAL))
+    parser.add_argument(
+        "--weights", type=Path, default=WEIGHTS / network_weights_name("full", FINAL)
+    )
     arguments = parser.parse_args()
     sequence = read_sequence(SAMPLE)
-    skeleton = skeleton_24(sequence.offsets)
-    q, r = add_noise(sequence.q, sequence.r, Noise(LEVELS["A"]), np.random.default_rng(0))
+    skeleton = make_smpl_skeleton(sequence.offsets)
+    q, r = add_pose_noise(sequence.q, sequence.r, Noise(LEVELS["A"]), np.random.default_rng(0))
     at = np.arange(arguments.frames) % len(q)
     q, r = q[at], r[at]
-    widths = {512: untrained(512, 64, np.random.default_rng(0), "full")}
+    widths = {512: untrained_network(512, 64, np.random.default_rng(0), "full")}
     if arguments.weights.exists():
         shipped = read_network(arguments.weights)
         widths = {shipped.width: shipped} | widths

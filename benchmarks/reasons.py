@@ -19,7 +19,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from twistcore.analysis.clip_analysis import Detection, analyse
-from twistcore.analysis.why_not import Reason, Why, peaks_without_interval
+from twistcore.analysis.why_not import Reason, Why, why_peaks_lack_interval
 from twistcore.detection import Interval, Kind
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
@@ -95,7 +95,7 @@ def _is_meant(interval: Interval, reason: Reason) -> bool:
 
 def wrong(found: Detection, name: str) -> tuple[list[Reason], list[str]]:
     """Return all reasons for the peaks of a chain or limb, and the errors in these reasons."""
-    reasons = peaks_without_interval(found, name)
+    reasons = why_peaks_lack_interval(found, name)
     lines = [f"{name} {r.frame}: {what}" for r in reasons for what in contradictions(found, r)]
     lines += [f"{name} {r.frame}: {r.why} at a peak" for r in reasons if r.why in NEVER_PEAKS]
     missing = set(peaks(found, name)) ^ {r.frame for r in reasons}

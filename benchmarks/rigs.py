@@ -45,13 +45,13 @@ from benchmarks._rigs import Rig, bone_pairs, piece_pairs, rigged
 from twistcore.analysis.clip_analysis import REPAIRED, Detection, analyse
 from twistcore.analysis.correction.twist_removal import automatic_corrections, refine
 from twistcore.detection import Interval
-from twistcore.detection.cuts import leading_frames
+from twistcore.detection.cuts import count_leading_rest_frames
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip_files import BVH, clips_in
+from twistcore.formats.clip_files import BVH, clip_paths_in_folder
 from twistcore.skeleton.chain import make_chain
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, geodesic_angle
-from twistcore.synthesis import SUCCESS, InjectedError, generator, inject
+from twistcore.synthesis import SUCCESS, InjectedError, clip_random_generator, inject
 
 ERRORS = 58
 SMALLEST, LARGEST = 15.0, 150.0  # degrees
@@ -293,13 +293,17 @@ def run(clips: dict[str, Motion], rig: Rig, seed: int) -> tuple[Count, Count]:
             Pair(parent, child, (side, "Leg" in role))
             for (side, role), (parent, child) in bone_pairs(made, rig).items()
         ]
-        places = drawn([p.limb for p in joints], made.frames, number, generator(seed, name))
+        places = drawn(
+            [p.limb for p in joints], made.frames, number, clip_random_generator(seed, name)
+        )
         sound = Count(sound=sound_changes(made))
         at_joints += counted(made, joints, places, rig, name) + sound
         if not rig.in_pieces:
             continue
         pieces = [Pair(*pair, limb) for pair, limb in piece_pairs(made, rig)]
-        places = drawn([p.limb for p in pieces], made.frames, number, generator(seed, name, 1))
+        places = drawn(
+            [p.limb for p in pieces], made.frames, number, clip_random_generator(seed, name, 1)
+        )
         between += counted(made, pieces, places, rig, name)
     return at_joints, between
 
@@ -307,11 +311,11 @@ def run(clips: dict[str, Motion], rig: Rig, seed: int) -> tuple[Count, Count]:
 def sound_clips(folder: Path, number: int) -> dict[str, Motion]:
     """Return evenly spaced CMU clips that need no automatic correction, keyed by name."""
     found: dict[str, Motion] = {}
-    for path in clips_in(folder, suffixes=BVH):
+    for path in clip_paths_in_folder(folder, suffixes=BVH):
         motion = read_bvh(path).motion
         if not set(_JOINTS) <= set(motion.skeleton.names):
             continue
-        first = leading_frames(motion)
+        first = count_leading_rest_frames(motion)
         motion = motion.sliced(first, min(motion.frames, first + CLIP))
         if not sound_changes(motion):
             found[path.stem] = motion

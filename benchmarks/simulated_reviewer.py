@@ -24,13 +24,13 @@ from twistcore.review import Decision, Judged, start_review
 from twistcore.skeleton.chain import uncorrectable_joints
 from twistcore.synthesis import (
     InjectedError,
+    apply_protocol_options,
+    clip_random_generator,
     draw_errors,
-    generator,
     inject,
     parse_protocol,
-    prepare,
 )
-from twistcore.tuning.verdicts_of import JudgedClip, Verdict, judged_clip
+from twistcore.tuning.verdicts_of import JudgedClip, Verdict, judged_clip_from_review
 
 ERRORS = ("P0", "H6")
 DECOYS = "H6"
@@ -77,9 +77,9 @@ def reviewed(path: Path, seed: int, harder: str = "") -> Reviewed:
     """
     motion = read_bvh(path).motion
     chains = analyse(motion).chains
-    rng = generator(seed, path.name, 17)
+    rng = clip_random_generator(seed, path.name, 17)
     drawn = HARDER[int(rng.integers(len(HARDER)))]
-    motion = prepare(motion, chains, parse_protocol(harder or drawn))
+    motion = apply_protocol_options(motion, chains, parse_protocol(harder or drawn))
     chains = analyse(motion).chains
     free = [c for c in chains if not uncorrectable_joints(motion, c)]
     order = rng.permutation(len(free))
@@ -110,7 +110,7 @@ def _judged(
     for j in state.intervals:
         said = Decision.ACCEPTED if right(j.interval, errors) else Decision.REJECTED
         judged.append(replace(j, decision=said, reviewer="simulated"))
-    clip = judged_clip(dirty, state.with_intervals(judged))
+    clip = judged_clip_from_review(dirty, state.with_intervals(judged))
     return Reviewed(clip, tuple(_about(v, decoys) for v in clip.verdicts))
 
 

@@ -25,7 +25,7 @@ from twistcore.detection.smoothed_spans import smoothed_spans
 from twistcore.errors import TwistError
 from twistcore.formats.reading import read_clip
 from twistcore.skeleton.motion import Motion
-from twistcore.skeleton.rotation import continuous_signs, normalise
+from twistcore.skeleton.rotation import continuous_quaternion_signs, normalise
 
 SIGMAS = 0.05, 0.1, 0.2, 0.4  # seconds
 _SHORTEST, _SLOWEST = 24, 15.0  # minimum number of frames of a clip, and minimum frame rate
@@ -47,7 +47,7 @@ def with_smoothed(
         return None
     some = rng.choice(moving, min(int(rng.integers(2, 6)), len(moving)), replace=False)
     joints, frames = moving if everything else some, slice(start, start + length)
-    q = continuous_signs(motion.rotations[:, joints])
+    q = continuous_quaternion_signs(motion.rotations[:, joints])
     smooth = gaussian_filter1d(q, sigma * motion.fps, axis=0, mode="nearest")
     rotations = motion.rotations.copy()
     rotations[frames, joints] = normalise(smooth[frames])

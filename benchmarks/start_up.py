@@ -19,7 +19,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from inspector.unread_sources import leave_sources_unread
+from inspector.unread_sources import disable_pyside_source_reading
 
 SAMPLE = Path(__file__).resolve().parent.parent / "assets" / "walk_injected.bvh"
 
@@ -30,7 +30,7 @@ def child(begun: float, clip: Path) -> None:
     `begun` is the value of time.time() before the interpreter started.
     """
     os.environ.setdefault("QT_API", "pyside6")
-    leave_sources_unread()  # as the program does
+    disable_pyside_source_reading()  # as the program does
     from inspector.app import make_application
 
     app = make_application()

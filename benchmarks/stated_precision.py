@@ -18,8 +18,8 @@ import numpy as np
 from twistcore.tuning.stated_precision import (
     ENOUGH_STATED,
     AutomaticCorrection,
-    informative_order,
-    stated_precision,
+    estimate_unjudged_precision,
+    representative_judging_order,
 )
 
 VERDICTS = Path(__file__).resolve().parent.parent / "docs" / "atlas-blind.csv"
@@ -53,11 +53,11 @@ def main() -> None:
             real = [
                 said[k] == "error" or (said[k] == "doubtful" and rng.random() < 0.5) for k in at
             ]
-            orders = informative_order(confidence), np.argsort(-bad[at]).tolist()
+            orders = representative_judging_order(confidence), np.argsort(-bad[at]).tolist()
             for name, order in zip(errors, orders, strict=True):
                 asked = set(order[:ENOUGH_STATED])
                 verdicts = [real[k] if k in asked else None for k in range(size)]
-                stated = stated_precision(confidence, verdicts)
+                stated = estimate_unjudged_precision(confidence, verdicts)
                 assert stated is not None
                 rest = float(np.mean([real[k] for k in range(size) if k not in asked]))
                 errors[name].append(stated.share - rest)

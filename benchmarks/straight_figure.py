@@ -25,7 +25,7 @@ from twistcore.analysis.correction.twist_removal import automatic_corrections, r
 from twistcore.detection.straight_limbs.straight_spells import BENT, bend_of
 from twistcore.detection.twist_increments import twist_increments
 from twistcore.formats.bvh import read_bvh
-from twistcore.synthesis.offset_shape import aligned_spells
+from twistcore.synthesis.offset_shape import aligned_bone_spans
 
 BEFORE, AFTER, SOFT = "#a65300", "#1668b3", "#556170"
 DELTA, ONSET = np.radians(35.0), 0.1  # radians; seconds
@@ -50,7 +50,7 @@ def draw(clip: Path, name: str, output: Path) -> None:
     chain = next(c for c in analyse(motion).chains if c.name == name)
     offset = np.zeros(motion.frames)
     ramp = round(ONSET * motion.fps)
-    for start, stop in aligned_spells(motion, chain):
+    for start, stop in aligned_bone_spans(motion, chain):
         if start > 0 and stop < motion.frames and stop - start > ramp:
             level = [start - 1, start + ramp // 2, stop - 1 - ramp // 2, stop]
             own = np.interp(np.arange(start, stop), level, [0, 1, 1, 0])

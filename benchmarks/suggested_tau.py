@@ -23,9 +23,9 @@ from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.detection import DEFAULT_METHOD, DETECTORS
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip_files import BVH, clips_in
+from twistcore.formats.clip_files import BVH, clip_paths_in_folder
 from twistcore.skeleton.rotation import Array
-from twistcore.tuning import GRID, TauCurve, clip_tuning, tau_curve
+from twistcore.tuning import GRID, TauCurve, prepare_clip_tuning, tau_curve
 from twistcore.tuning.injected_curve import PROTOCOLS
 
 
@@ -54,7 +54,7 @@ class Tried:
 def try_clip(path: Path, method: str, seeds: Sequence[int]) -> list[Tried]:
     """Return the τ curves of all chains of a clip. `seeds` are the seeds of the test errors."""
     motion = read_bvh(path).motion
-    tuning = clip_tuning(motion, path.name, method=method)
+    tuning = prepare_clip_tuning(motion, path.name, method=method)
     as_is = analyse(motion).by(method)
     out = []
     for chain in map(tuning.clean.chain, tuning.names):
@@ -96,7 +96,7 @@ def main() -> None:
     parser.add_argument("--method", choices=sorted(DETECTORS), default=DEFAULT_METHOD)
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     arguments = parser.parse_args()
-    paths = clips_in(arguments.folder, suffixes=BVH)
+    paths = clip_paths_in_folder(arguments.folder, suffixes=BVH)
     if not paths:
         parser.error(f"{arguments.folder}: no BVH")
     seeds = range(arguments.seed, arguments.seed + arguments.seeds)

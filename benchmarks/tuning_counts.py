@@ -24,8 +24,8 @@ from twistcore.analysis.clip_analysis import analyse
 from twistcore.detection import Kind
 from twistcore.formats.reading import read_clip
 from twistcore.review import Decide, Decision, Review
-from twistcore.tuning import GRID, clip_tuning
-from twistcore.tuning.listed_intervals import list_counts
+from twistcore.tuning import GRID, prepare_clip_tuning
+from twistcore.tuning.listed_intervals import count_listed_intervals
 from twistcore.tuning.verdicts_of import verdicts_in
 
 SURE_ENOUGH = 0.5  # the default confidence of automatic corrections according to docs/guide.md
@@ -82,7 +82,7 @@ def differences(path: Path, places: Sequence[int] = PLACES) -> tuple[int, int, l
             review.do(Decide((one.id,), decision, "a reviewer", "2026-01-01T00:00:00"))
             judged.append((one.interval.chain, one.interval.start, one.interval.stop, error))
     verdicts = verdicts_in(review.state)
-    measured = clip_tuning(clip.motion, clip.name, seeds=(), verdicts=verdicts)
+    measured = prepare_clip_tuning(clip.motion, clip.name, seeds=(), verdicts=verdicts)
     curves = {name: measured.curve(name).counts for name in measured.names}
     detector, compared, alarms, said = analysis.detector(), 0, 0, []
     for place in places:
@@ -90,7 +90,7 @@ def differences(path: Path, places: Sequence[int] = PLACES) -> tuple[int, int, l
         rows = listed_by_command(path, float(np.degrees(tau)))
         for name in measured.names:
             expected = recounted(rows, judged, name)
-            now = list_counts(detector, name, tau, verdicts, measured.left_out)
+            now = count_listed_intervals(detector, name, tau, verdicts, measured.left_out)
             shown = tuple(map(int, vars(now).values()))  # for any τ, not only the grid's
             counts = curves[name]
             drawn = tuple(int(np.asarray(c)[place]) for c in vars(counts).values())

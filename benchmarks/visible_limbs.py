@@ -18,7 +18,7 @@ import numpy as np
 
 from inspector.viewport.bodies import BoneSegment, find_bones
 from inspector.viewport.head_and_chest import heads_and_chests
-from inspector.viewport.limb_side import limb_side
+from inspector.viewport.limb_side import best_limb_error_view
 from inspector.viewport.occlusion import occluders
 from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.formats.bvh import read_bvh
@@ -26,7 +26,7 @@ from twistcore.skeleton.chain import Chain, find_chains
 from twistcore.skeleton.figure import figure_size, guess_up, heading
 from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import Array, rotate
-from twistcore.synthesis import draw_errors, generator
+from twistcore.synthesis import clip_random_generator, draw_errors
 
 TARGET = 0.8
 _PLACES = np.linspace(0.05, 0.95, 10)[:, None]  # positions along a bone at which it is checked
@@ -83,7 +83,7 @@ def ratios(motion: Motion, name: str, intervals: int, views: Array) -> list[floa
     )
     fronts = heads_and_chests(chains, motion.skeleton, rotations, positions, height)
     bones = (*find_bones(motion, up, height), *(front.bone for front in fronts))
-    rng = generator(46, name)
+    rng = clip_random_generator(46, name)
     errors = draw_errors(motion, chains, rng)
     chosen = [errors[k] for k in rng.permutation(len(errors))[:intervals]]
     found = []
@@ -96,7 +96,7 @@ def ratios(motion: Motion, name: str, intervals: int, views: Array) -> list[floa
         turned, places = forward_kinematics(dirty)
         after = rotations[frame], positions[frame]
         facing = heading(positions[frame], chains, up)
-        side = limb_side(
+        side = best_limb_error_view(
             chain, bones, (turned[0], places[0]), after, facing, up,
             skeleton=motion.skeleton, height=height,
         )  # fmt: skip

@@ -11,13 +11,13 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import NoReturn
 
-from inspector.language import codes
+from inspector.language import language_codes
 from inspector.system_libraries import has_screen, how_to_install, missing_libraries
-from inspector.unread_sources import leave_sources_unread
-from twistcore.detection.registry import detector_of_file
+from inspector.unread_sources import disable_pyside_source_reading
+from twistcore.detection.registry import register_detector_file
 from twistcore.errors import TwistError
-from twistcore.files.encoding import legible
-from twistcore.files.ordinary import is_file, is_there
+from twistcore.files.encoding import escape_control_characters
+from twistcore.files.ordinary import is_file, path_exists
 from twistcore.files.version import __version__
 
 _PICTURES = (".png", ".jpg", ".jpeg", ".bmp")  # formats of images that Qt can write
@@ -40,29 +40,34 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run `twist-inspector` and return its exit code."""
     arguments = _parser().parse_args(argv)
     if trouble := _wrong_arguments(arguments) or _missing_for_window():
-        print(f"twist-inspector: {legible(trouble, lines=True)}", file=sys.stderr)
+        print(f"twist-inspector: {escape_control_characters(trouble, lines=True)}", file=sys.stderr)
         return 2
-    leave_sources_unread()
+    disable_pyside_source_reading()
     with ExitStack() as known:
         try:
             if arguments.detector:
-                known.enter_context(detector_of_file(arguments.detector))
+                known.enter_context(register_detector_file(arguments.detector))
         except TwistError as error:
-            print(f"twist-inspector: {legible(error, lines=True)}", file=sys.stderr)
+            print(
+                f"twist-inspector: {escape_control_characters(error, lines=True)}", file=sys.stderr
+            )
             return 2
-        from inspector.app import run
+        from inspector.app import run_inspector
 
-        return run(arguments)
+        return run_inspector(arguments)
 
 
 def _wrong_arguments(arguments: argparse.Namespace) -> str:
     """Return an error message about wrong command-line arguments, or '' if they are valid."""
     file, picture, folder = arguments.file, arguments.screenshot, arguments.demo
-    if arguments.language not in ("", "system", *codes()):
-        return f"--language {arguments.language}: expected one of {', '.join(codes())} or system."
+    if arguments.language not in ("", "system", *language_codes()):
+        return (
+            f"--language {arguments.language}: expected one of {', '.join(language_codes())} or "
+            "system."
+        )
     if picture and folder:
         return "--demo also writes an image. Use either --demo or --screenshot."
-    if (picture or folder) and file and not is_there(file):
+    if (picture or folder) and file and not path_exists(file):
         return f"{file}: this file does not exist."
     if picture and picture.is_dir():
         return f"{picture} is a folder. Give --screenshot the name of an image file."
@@ -89,7 +94,7 @@ def _missing_for_window() -> str:
 
 class _Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
-        super().error(legible(message))
+        super().error(escape_control_characters(message))
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -28,7 +28,7 @@ from inspector.widgets.fonts import shipped_families
 from inspector.widgets.icons import program_icon
 from inspector.widgets.splash import Splash
 from inspector.widgets.theme import apply_theme, named_theme, system_theme
-from twistcore.files.encoding import legible
+from twistcore.files.encoding import escape_control_characters
 
 if TYPE_CHECKING:
     import argparse
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 _PATIENCE_MS = 500  # time to wait for cancelled work
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run_inspector(arguments: argparse.Namespace) -> int:
     """Run the program with its command-line arguments until the window closes.
 
     Returns the exit code.
@@ -102,7 +102,7 @@ def _begin(window: MainWindow, path: Path | None) -> None:
 
 def _show_complaint(window: MainWindow, complaint: str) -> None:
     """Show an error message now, and again after a clip opens, because opening clears messages."""
-    print(legible(complaint), file=sys.stderr)
+    print(escape_control_characters(complaint), file=sys.stderr)
     window.bar.show_message(complaint, True)
     again = partial(window.bar.add_error, complaint)
     later = partial(QTimer.singleShot, 0, window, again)
@@ -111,12 +111,12 @@ def _show_complaint(window: MainWindow, complaint: str) -> None:
 
 def _script(window: MainWindow, arguments: argparse.Namespace) -> Script | None:
     """Return the script to run for --demo or --screenshot, or None if neither option is given."""
-    from inspector.window.demo import demo, screenshot
+    from inspector.window.demo import demo_script, screenshot_script
 
     if arguments.demo:
-        return demo(window, arguments.demo, arguments.file or SAMPLE)
+        return demo_script(window, arguments.demo, arguments.file or SAMPLE)
     if arguments.screenshot:
-        return screenshot(window, arguments.screenshot, arguments.file)
+        return screenshot_script(window, arguments.screenshot, arguments.file)
     return None
 
 

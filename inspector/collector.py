@@ -18,11 +18,11 @@ def collect_between_events(owner: QObject) -> None:
     """Replace Python's automatic collection with a timer that runs as long as `owner` exists."""
     gc.disable()
     timer = QTimer(owner)
-    timer.timeout.connect(collect_due)
+    timer.timeout.connect(collect_due_garbage)
     timer.start(_PERIOD_MS)
 
 
-def collect_due() -> None:
+def collect_due_garbage() -> None:
     """Collect the oldest generation that is due according to Python's thresholds."""
     counts = zip(gc.get_count(), gc.get_threshold(), strict=True)
     due = [generation for generation, (count, limit) in enumerate(counts) if count > limit > 0]

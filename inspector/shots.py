@@ -66,7 +66,7 @@ def main() -> int:
     named = sys.argv[1:]
 
     def trails(window: MainWindow) -> None:
-        act(window, "trails", "view_iso")
+        trigger_window_actions(window, "trails", "view_iso")
 
     def queue(window: MainWindow) -> None:
         window.part(of_folder).queue.open(SAMPLE.parent)
@@ -74,19 +74,19 @@ def main() -> int:
         wait_for(lambda: not window.part(of_folder).queue.running)
 
     def teaching(window: MainWindow) -> None:
-        act(window, "show_teaching")
+        trigger_window_actions(window, "show_teaching")
         wait_for(lambda: window.part(of_teaching).teaching.typesetter.done)
         window.document.select_chain("RightUpLeg")
         window.document.go_to(100)
         window.part(of_teaching).taught.set_what_if(WhatIf(twist=1.1, counter=True, bend=0.9))
-        act(window, "focus_chain")
+        trigger_window_actions(window, "focus_chain")
 
     def lit(window: MainWindow) -> None:
         teaching(window)
         window.part(of_teaching).taught.highlight("theta_p")
 
     def tuning(window: MainWindow) -> None:
-        act(window, "show_tuning")
+        trigger_window_actions(window, "show_tuning")
         wait_for(
             lambda: (
                 len(window.part(of_tuning).tuning.costs.curves)
@@ -104,7 +104,7 @@ def main() -> int:
         window.bar.hide()
 
     def quality(window: MainWindow) -> None:
-        act(window, "show_quality")
+        trigger_window_actions(window, "show_quality")
         wait_for(lambda: window.part(of_quality).quality.evidence.known is not None)
         window.document.select_chain("LeftForeArm")
 
@@ -125,10 +125,10 @@ def main() -> int:
         wait_for(lambda: document.data is not None and document.data.clip.path == noisy)
         quality(window)
         window.part(of_quality).quality.choose(*window.part(of_quality).quality.model.rows)
-        act(window, "track_joints")
+        trigger_window_actions(window, "track_joints")
         wait_for(lambda: window.part(of_quality).quality.tracked.result is not None)
         document.go_to(_NOISY_FRAME)
-        act(window, "view_iso")
+        trigger_window_actions(window, "view_iso")
 
     def flip(window: MainWindow) -> None:
         document = window.document
@@ -151,19 +151,19 @@ def main() -> int:
         dialog.path.setText("walk_injected_refined.bvh")
         dialog.show()
         wait(_SETTLE_MS)
-        keep(dialog.grab().toImage(), "export")
+        write_docs_image(dialog.grab().toImage(), "export")
         dialog.close()
 
     pictures: tuple[tuple[str, str, Callable[[MainWindow], None]], ...] = (
-        ("inspector", "system", act),
-        ("inspector-dark", "dark", act),
+        ("inspector", "system", trigger_window_actions),
+        ("inspector-dark", "dark", trigger_window_actions),
         ("flip", "system", flip),
         ("trails", "system", trails),
         ("folder", "system", queue),
         ("export", "system", export),
-        ("both-detectors", "system", lambda w: act(w, "both_detectors")),
-        ("presentation", "dark", lambda w: act(w, "presentation")),
-        ("without-opengl", "system", act),
+        ("both-detectors", "system", lambda w: trigger_window_actions(w, "both_detectors")),
+        ("presentation", "dark", lambda w: trigger_window_actions(w, "presentation")),
+        ("without-opengl", "system", trigger_window_actions),
         ("teaching", "system", teaching),
         ("teaching-lit", "dark", lit),
         ("tuning", "system", tuning),
@@ -187,13 +187,13 @@ def main() -> int:
             window.open_path(clip)
             wait_for(partial(getattr, window.document, "data"))
             wait(_SETTLE_MS)
-            act(window, "next_interval", "accept", "accept")
+            trigger_window_actions(window, "next_interval", "accept", "accept")
             judged = window.document.interval
             assert judged is not None
             window.document.go_to((judged.interval.start + judged.interval.stop) // 2)
             prepare(window)
             if prepare not in (trails, tracking):
-                act(window, "focus_chain")
+                trigger_window_actions(window, "focus_chain")
             if prepare != export:
                 save(window, name)
             window.document.review.mark_saved()
@@ -202,11 +202,11 @@ def main() -> int:
     if named:
         return 0
     window = MainWindow(Settings(turn_ms=0, reviewer_asked=True), None)
-    act(window, "why_quaternions")
+    trigger_window_actions(window, "why_quaternions")
     trackers = window.part(of_lessons).lesson_actions.five_trackers
     assert trackers is not None
     wait(_SETTLE_MS)
-    keep(trackers.grab().toImage(), "why-quaternions")
+    write_docs_image(trackers.grab().toImage(), "why-quaternions")
     trackers.close()
     window.resize(*_TOUR_SIZE)
     window.show()
@@ -226,7 +226,7 @@ def film(window: MainWindow) -> None:
         document.decide(Decision.ACCEPTED, [judged.id for judged in document.intervals])
         document.select_chain(_FILMED)
         document.go_to(_FILM.first)
-        act(window, "focus_chain")
+        trigger_window_actions(window, "focus_chain")
         wait(_SETTLE_MS)
         window.part(of_recording).record_actions.record(_FILM)
         wait_for(lambda: not window.part(of_recording).recorder.running)
@@ -257,11 +257,11 @@ def lesson_pictures(window: MainWindow) -> None:
             if path == TOUR or number == _PICTURED:
                 save(window, f"{path.stem}-{number}")
             player.forward.click()
-    act(window, "exercise")
+    trigger_window_actions(window, "exercise")
     exercise.seed.setValue(_SEED)
     exercise.start.click()
     wait_for(exercise.score_button.isEnabled)
-    act(window, "next_interval")
+    trigger_window_actions(window, "next_interval")
     assert window.document.data is not None
     exercise.score_button.click()
     assert exercise.result is not None
@@ -269,13 +269,13 @@ def lesson_pictures(window: MainWindow) -> None:
     for judged in window.document.intervals[:-2]:
         window.document.select_interval(judged.id)
         real = (judged.interval.chain, judged.interval.start) in hidden
-        act(window, "accept" if real else "reject")
+        trigger_window_actions(window, "accept" if real else "reject")
     exercise.score_button.click()
     save(window, "exercise")
     window.part(of_lessons).lesson_actions.leave_guide()
 
 
-def act(window: MainWindow, *names: str) -> None:
+def trigger_window_actions(window: MainWindow, *names: str) -> None:
     """Trigger the actions with the given ids."""
     for name in names:
         window.actions_by_id[name].trigger()
@@ -310,10 +310,10 @@ def steady_picture(window: MainWindow) -> QImage:
 def save(window: MainWindow, name: str) -> None:
     """Save a screenshot under a name in the docs as soon as the window has stopped changing."""
     wait(_SETTLE_MS)
-    keep(steady_picture(window), name)
+    write_docs_image(steady_picture(window), name)
 
 
-def keep(picture: QImage, name: str) -> None:
+def write_docs_image(picture: QImage, name: str) -> None:
     """Write an image as PNG to the folder of images in the docs."""
     path = IMAGES / f"{name}.png"
     picture.save(str(path), quality=0)

@@ -12,7 +12,7 @@ import sys
 from typing import Any
 
 
-def leave_sources_unread() -> None:
+def disable_pyside_source_reading() -> None:
     """Stop PySide from reading source code. Call this before the first import of PySide6."""
     importlib.import_module("shiboken6")  # contains the reader, which PySide6 starts immediately
     reader: Any = sys.modules.get("shibokensupport.feature")

@@ -14,7 +14,7 @@ from hypothesis import settings
 
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import Clip
-from twistcore.work.processes import each
+from twistcore.work.processes import map_in_processes
 
 # A machine that is busy with something else is no reason to fail. The examples of properties are
 # the same in every run, a quarter of them in the quick one; TWIST_INSPECTOR_EXAMPLES=random takes
@@ -61,7 +61,7 @@ def batch_here(monkeypatch: pytest.MonkeyPatch) -> None:
     from twistcore.batch.clip_task import run_task
 
     def in_this_process(tasks, seconds, *, workers):
-        return each(run_task, tasks, 1)
+        return map_in_processes(run_task, tasks, 1)
 
     monkeypatch.setattr("twistcore.cli.batch_command._in_processes", in_this_process)
 

@@ -12,17 +12,17 @@ from typing import Any
 from PySide6.QtCore import QObject, Signal
 
 from inspector.folder.queued_clip import FAR_AWAY, ClipState, QueuedClip
-from inspector.language import of_core, tr
-from inspector.session.session_files import decided_counts, kept_sessions
+from inspector.language import tr, translate_core_sentence
+from inspector.session.session_files import decided_counts, find_existing_sessions
 from inspector.widgets.background import Task
-from twistcore.batch.clip_task import signature_of
+from twistcore.batch.clip_task import file_signature
 from twistcore.batch.decisions import count_decisions
 from twistcore.batch.manifest import DONE, FAILED, ClipGlance, Manifest
 from twistcore.batch.run import LOCK
 from twistcore.detection import DEFAULT_METHOD
 from twistcore.errors import TwistError
-from twistcore.files.lock import is_held
-from twistcore.files.marks import file_mark
+from twistcore.files.lock import is_file_locked
+from twistcore.files.marks import cached_sha256
 from twistcore.tuning import Profile
 
 # Options of a batch that the window cannot use, keyed by their names in the manifest.
@@ -52,7 +52,7 @@ class BatchFolder(QObject):
     @property
     def under_way(self) -> bool:
         """Return True while a batch is still writing to the folder."""
-        return is_held(self.folder / LOCK)
+        return is_file_locked(self.folder / LOCK)
 
     def clips(self) -> list[QueuedClip]:
         """Return the clips in the manifest. Raises TwistError.
@@ -133,7 +133,7 @@ class BatchFolder(QObject):
         message = tr(
             "Your decisions on {name} could not be saved in the batch folder: {error}",
             name=path.name,
-            error=of_core(str(error)),
+            error=translate_core_sentence(str(error)),
         )
         self.failed.emit(message)
 
@@ -144,7 +144,7 @@ class BatchFolder(QObject):
             then()
 
     def _record(self, path: Path, source: str) -> None:
-        sessions = kept_sessions(path)
+        sessions = find_existing_sessions(path)
         with Manifest.open(self.folder) as manifest:
             manifest.note_decisions(source, count_decisions(sessions[0]) if sessions else {})
 
@@ -168,6 +168,6 @@ def _is_same(path: Path, glance: ClipGlance) -> bool:
     """Return True if a file is unchanged since the batch processed it."""
     with suppress(OSError):
         if glance.signature:
-            return signature_of(path)[0] == glance.signature
-        return file_mark(path) == glance.sha256
+            return file_signature(path)[0] == glance.signature
+        return cached_sha256(path) == glance.sha256
     return False

@@ -25,8 +25,8 @@ from inspector.folder.queue import FolderQueue
 from inspector.folder.queued_clip import ClipState, QueuedClip, reason_text
 from inspector.language import plural, tr, tr_as
 from inspector.session.document import Document
-from inspector.widgets.building import hbox, soft, vbox
-from inspector.widgets.labels import as_tip
+from inspector.widgets.building import hbox, use_secondary_text_colour, vbox
+from inspector.widgets.labels import escape_tool_tip_text
 from inspector.widgets.tables import Index, RowDelegate, RowModel, RowTable, TableRow
 from inspector.widgets.theme import Colours
 from twistcore.review import Decision
@@ -225,7 +225,11 @@ class ClipsPanel(QWidget):
         self.bar = QProgressBar(textVisible=False)
         self.bar.setAccessibleName(tr("Clips analysed"))
         self.bar.setMaximumHeight(6)
-        self.status, self.tau, self.precision = soft(QLabel()), soft(QLabel()), soft(QLabel())
+        self.status, self.tau, self.precision = (
+            use_secondary_text_colour(QLabel()),
+            use_secondary_text_colour(QLabel()),
+            use_secondary_text_colour(QLabel()),
+        )
         # A long text must not make the dock wider
         for label in (self.status, self.tau, self.precision):
             label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
@@ -330,7 +334,7 @@ class ClipsPanel(QWidget):
         self.stop.setVisible(self._queue.running)
         text = self._progress() if self._queue.running else self._totals()
         self.status.setText(text)
-        self.status.setToolTip(as_tip(text))
+        self.status.setToolTip(escape_tool_tip_text(text))
         exports = len(self._queue.exports)
         left = plural("{n} export not listed", "{n} exports not listed", exports)
         text = f"τ: {self._queue.profile_text}" + (f"; {left}" if exports else "")
@@ -338,7 +342,9 @@ class ClipsPanel(QWidget):
         names = "\n".join(sorted(path.name for path in self._queue.exports)[:20])
         change = tr("Choose Tuning → Use τ for the folder to use the open clip's τ for all clips.")
         left = tr("Exports that are not listed:")
-        self.tau.setToolTip(as_tip(f"{change}\n\n{left}\n{names}") if exports else change)
+        self.tau.setToolTip(
+            escape_tool_tip_text(f"{change}\n\n{left}\n{names}") if exports else change
+        )
         self._mark_open()
 
     def _progress(self) -> str:

@@ -12,13 +12,13 @@ from PySide6.QtWidgets import QMainWindow
 from inspector.folder.clip_table import clip_table
 from inspector.folder.queue import FolderQueue
 from inspector.folder.queued_clip import QueuedClip
-from inspector.language import of_core, plural, tr
-from inspector.widgets.file_dialog import ask_where
+from inspector.language import plural, tr, translate_core_sentence
+from inspector.widgets.file_dialog import ask_save_path
 from inspector.widgets.message_bar import MessageBar
 from twistcore.files.atomic import write_atomically
-from twistcore.files.encoding import encoded
-from twistcore.files.ordinary import is_there
-from twistcore.work.with_parent import python_bound
+from twistcore.files.encoding import encode_utf8
+from twistcore.files.ordinary import path_exists
+from twistcore.work.with_parent import parent_bound_module_command
 
 _PATTERN = tr("Tables (*.csv);;All files (*)")
 
@@ -49,21 +49,21 @@ class FolderActions:
             return
         proposed = folder / f"{folder.name or 'clips'}.csv"
         title, then = tr("Save the table of clips"), self.save_clip_table_to
-        ask_where(self.window, title, _PATTERN, then, wanted=proposed, suffix="csv")
+        ask_save_path(self.window, title, _PATTERN, then, wanted=proposed, suffix="csv")
 
     def save_clip_table_to(self, path: Path) -> None:
         """Write the table to `path`. If writing fails, an existing file stays unchanged."""
         clips = list(self.listed())
-        if is_there(path) and path.suffix.lower() != ".csv":
+        if path_exists(path) and path.suffix.lower() != ".csv":
             message = tr(
                 "{name} is not a CSV file. Choose a name that ends in .csv.", name=path.name
             )
             self.bar.show_message(message, True)
             return
         try:
-            write_atomically(path, encoded(clip_table(clips)))
+            write_atomically(path, encode_utf8(clip_table(clips)))
         except OSError as error:
-            why = of_core(str(error.strerror))
+            why = translate_core_sentence(str(error.strerror))
             message = tr("{path} could not be written: {why}.", path=path, why=why)
             self.bar.show_message(message, True)
             return
@@ -103,7 +103,9 @@ class FolderActions:
         report.finished.connect(lambda code: self._report_finished(folder, code))
         report.errorOccurred.connect(lambda error: self._not_started(folder, error))
         target = folder / "report"
-        program, *words = python_bound("twistcore", "report", str(folder), "-o", str(target))
+        program, *words = parent_bound_module_command(
+            "twistcore", "report", str(folder), "-o", str(target)
+        )
         report.start(program, words)
 
     def _give_up(self) -> None:
@@ -134,7 +136,7 @@ class FolderActions:
             self.window.statusBar().showMessage(message, 10_000)
         else:
             silent = tr("the process ended without a message")
-            last = of_core(errors.splitlines()[-1]) if errors else silent
+            last = translate_core_sentence(errors.splitlines()[-1]) if errors else silent
             self.bar.show_message(tr("The report could not be written: {why}", why=last), True)
 
     def _not_started(self, folder: Path, error: QProcess.ProcessError) -> None:

@@ -14,7 +14,7 @@ from inspector.folder.queue import FolderQueue
 from inspector.folder.queued_clip import QueuedClip
 from inspector.language import plural, tr
 from inspector.session.document import Document
-from inspector.session.session_files import kept_sessions, modified_ns
+from inspector.session.session_files import find_existing_sessions, modified_ns
 from inspector.widgets.background import OneTask
 from twistcore.errors import TwistError
 from twistcore.review import read_session
@@ -22,8 +22,8 @@ from twistcore.tuning.stated_precision import (
     ENOUGH_STATED,
     AutomaticCorrection,
     StatedPrecision,
-    informative_order,
-    stated_precision,
+    estimate_unjudged_precision,
+    representative_judging_order,
     verdicts_on,
 )
 from twistcore.work.progress import Tell
@@ -156,7 +156,7 @@ def _judged(
     for k, clip in enumerate(clips):
         tell(k / len(clips))
         verdicts = own.get(clip.path, (None,) * len(clip.automatic))
-        if clip.path not in own and (sessions := kept_sessions(clip.path)):
+        if clip.path not in own and (sessions := find_existing_sessions(clip.path)):
             key = sessions[0], modified_ns(sessions[0]), clip.automatic
             if key not in known:
                 try:
@@ -168,5 +168,5 @@ def _judged(
             Informative(clip.path, *pair) for pair in zip(clip.automatic, verdicts, strict=True)
         )
     confidence = np.array([one.correction.confidence for one in rows])
-    stated = stated_precision(confidence, [one.verdict for one in rows])
-    return tuple(rows[k] for k in informative_order(confidence)), stated, still
+    stated = estimate_unjudged_precision(confidence, [one.verdict for one in rows])
+    return tuple(rows[k] for k in representative_judging_order(confidence)), stated, still

@@ -25,17 +25,17 @@ from inspector.folder.queued_clip import (
     ClipState,
     QueuedClip,
 )
-from inspector.folder.survey_worker import work
+from inspector.folder.survey_worker import survey_clips_from_pipe
 from inspector.language import tr
 from inspector.session.leftovers import clips_to_restore
 from inspector.session.session_files import decided_counts, modified_ns
 from twistcore.batch import ClipSurvey, is_batch_folder
 from twistcore.batch.manifest import FILE as MANIFEST
 from twistcore.errors import TwistError
-from twistcore.export.exported_clips import exports_among
+from twistcore.export.exported_clips import find_exported_clips
 from twistcore.files.atomic import same_file
-from twistcore.files.ordinary import is_there
-from twistcore.formats.clip_files import clips_in
+from twistcore.files.ordinary import path_exists
+from twistcore.formats.clip_files import clip_paths_in_folder
 from twistcore.tuning import Profile
 
 _POLL_MS = 40
@@ -215,8 +215,8 @@ class FolderQueue(QObject):
         if self.batch is not None:
             self._take_batch(self.batch)
             return
-        there = clips_in(self.folder)
-        exported = exports_among(there)
+        there = clip_paths_in_folder(self.folder)
+        exported = find_exported_clips(there)
         self.exports = frozenset(exported)
         clips = [path for path in there if path not in exported]
         latest = {exported[path]: path.name for path in sorted(exported, key=modified_ns)}
@@ -261,11 +261,11 @@ class FolderQueue(QObject):
         waiting, latest = set[Path](), dict[Path, str]()
         for folder, paths in groupby(sorted(self.clips), key=lambda path: path.parent):
             waiting |= clips_to_restore(folder, list(paths))
-            exported = exports_among(clips_in(folder))
+            exported = find_exported_clips(clip_paths_in_folder(folder))
             by_time = sorted(exported, key=modified_ns)
             latest |= {folder / exported[path]: path.name for path in by_time}
         for path, clip in self.clips.items():
-            if clip.state != ClipState.FAILED and not is_there(path):
+            if clip.state != ClipState.FAILED and not path_exists(path):
                 self._put(path, state=ClipState.FAILED, reason=GONE)
             name = latest.get(path, self._elsewhere.get(path, ""))
             self._put(path, exported=name, waits=path in waiting)
@@ -417,7 +417,7 @@ def _spawn() -> _Worker:
     # Spawn, because a fork of a program with threads and an X connection may hang.
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
-    process = context.Process(target=work, args=(theirs,), daemon=True)
+    process = context.Process(target=survey_clips_from_pipe, args=(theirs,), daemon=True)
     process.start()
     theirs.close()
     return _Worker(process, ours)

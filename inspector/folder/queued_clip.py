@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
-from inspector.language import of_core, tr
+from inspector.language import tr, translate_core_sentence
 from twistcore.tuning.stated_precision import AutomaticCorrection
 
 GONE = "no longer in the folder"
@@ -120,4 +120,4 @@ def reason_text(clip: QueuedClip) -> str:
     for reason, text in _REASONS.items():
         if clip.reason.endswith(reason):
             return clip.reason.removesuffix(reason) + text
-    return of_core(clip.reason)
+    return translate_core_sentence(clip.reason)

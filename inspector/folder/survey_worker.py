@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from inspector.folder.queued_clip import TOO_LARGE
-from inspector.session.rig_profiles import kept_rig
-from twistcore.batch import survey
+from inspector.session.rig_profiles import load_rig_profile
+from twistcore.batch import survey_clip
 from twistcore.errors import TwistError
 from twistcore.work.memory import limited_memory
 from twistcore.work.with_parent import end_with_parent
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from twistcore.tuning import Profile
 
 
-def work(pipe: Connection) -> None:
+def survey_clips_from_pipe(pipe: Connection) -> None:
     """For each (path, profile) from the pipe, send back a ClipSurvey or an error message.
 
     The process ends when the pipe or the window closes, even during a survey.
@@ -42,7 +42,7 @@ def work(pipe: Connection) -> None:
 def _answer(path: Path, profile: Profile | None) -> ClipSurvey | str:
     try:
         with limited_memory(_size(path)):
-            return survey(path, profile, lambda motion: kept_rig(motion)[0])
+            return survey_clip(path, profile, lambda motion: load_rig_profile(motion)[0])
     except TwistError as error:
         return str(error)
     except MemoryError:

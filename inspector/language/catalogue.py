@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from inspector.bundled import LANGUAGES, LESSONS
-from twistcore.files.encoding import legible
+from twistcore.files.encoding import escape_control_characters
 
 if TYPE_CHECKING:
     import polib
@@ -33,7 +33,7 @@ _texts: dict[tuple[str, str], str] = {}
 _plurals: dict[str, dict[int, str]] = {}
 
 
-def codes() -> tuple[str, ...]:
+def language_codes() -> tuple[str, ...]:
     """Return the codes of the available languages."""
     return SOURCE, *sorted(file.stem for file in LANGUAGES.glob("*.po"))
 
@@ -42,7 +42,7 @@ def codes() -> tuple[str, ...]:
 def languages() -> dict[str, str]:
     """Return the native names of the available languages, such as 'Deutsch', keyed by code."""
     found = {SOURCE: "English"}
-    for code in codes()[1:]:
+    for code in language_codes()[1:]:
         found[code] = _read(LANGUAGES / f"{code}.po").metadata.get("Language-Name", code)
     return found
 
@@ -80,13 +80,13 @@ def chosen_language() -> str:
     return _language
 
 
-def in_language(page: Path) -> Path:
+def translated_page_path(page: Path) -> Path:
     """Return the path of a page's translation, or of the page itself if there is no translation."""
     own = LESSONS / _language / page.name
     return own if own.is_file() else page
 
 
-def entries_of_core() -> list[tuple[str, str]]:
+def core_translations() -> list[tuple[str, str]]:
     """Return (template, translation) pairs for the sentences of twistcore.
 
     The list is empty if the current language is English.
@@ -107,7 +107,7 @@ def tr_as(meaning: str, text: str, /, **values: object) -> str:
     return _filled(_texts.get((meaning, text), text), text, values)
 
 
-def announced(text: str) -> str:
+def translate_declared_text(text: str) -> str:
     """Translate a text, such as a label, that a kind of error or a detector declares."""
     return _texts.get(("", text), text)
 
@@ -141,7 +141,7 @@ def _filled(found: str, text: str, values: dict[str, object]) -> str:
 
 def _legible_values(values: dict[str, object]) -> dict[str, object]:
     texts = {
-        k: legible(v, lines=True, most=_MOST)
+        k: escape_control_characters(v, lines=True, most=_MOST)
         for k, v in values.items()
         if isinstance(v, str | Path)
     }

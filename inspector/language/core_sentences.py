@@ -11,8 +11,8 @@ from __future__ import annotations
 import re
 from functools import lru_cache
 
-from inspector.language.catalogue import SOURCE, chosen_language, entries_of_core
-from twistcore.files.encoding import legible
+from inspector.language.catalogue import SOURCE, chosen_language, core_translations
+from twistcore.files.encoding import escape_control_characters
 
 # Error messages of the system about reading and writing.
 OF_SYSTEM = (
@@ -45,13 +45,13 @@ _HOLE = re.compile(r"\{(\d+)\}")
 _JOINTS = (". ", "; ", ": ", " (", ", ", " · ")
 
 
-def of_core(said: object) -> str:
+def translate_core_sentence(said: object) -> str:
     """Translate a sentence of twistcore. Text that matches no template is returned unchanged.
 
     `said` is a string or an exception. If no template matches the whole sentence, its parts are
     translated one by one. Control characters are escaped.
     """
-    language, sentence = chosen_language(), legible(said, lines=True)
+    language, sentence = chosen_language(), escape_control_characters(said, lines=True)
     return sentence if language == SOURCE else _translated(language, sentence)[0]
 
 
@@ -96,7 +96,7 @@ def _parted(sentence: str, joint: str) -> tuple[str, tuple[str, str]]:
 @lru_cache(1)
 def _forms(_language: str) -> tuple[tuple[str, re.Pattern[str], int, str], ...]:
     """Return each template as (longest fixed part, pattern, number of characters, translation)."""
-    entries = sorted(entries_of_core(), key=lambda e: (-_letters(e[0]), e[0]))
+    entries = sorted(core_translations(), key=lambda e: (-_letters(e[0]), e[0]))
     return tuple(
         (_piece(form), re.compile(_pattern(form), re.DOTALL), _letters(form), text)
         for form, text in entries

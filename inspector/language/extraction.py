@@ -71,7 +71,7 @@ def main() -> int:
     """Update the catalogue of every language, and return the exit code."""
     texts = set(texts_in_code())
     for file in sorted(LANGUAGES.glob("*.po")):
-        known = {key(entry): entry for entry in polib.pofile(str(file))}
+        known = {catalogue_entry_key(entry): entry for entry in polib.pofile(str(file))}
         catalogue = polib.pofile(str(file))
         catalogue.clear()
         catalogue.wrapwidth = 98
@@ -83,7 +83,7 @@ def main() -> int:
     return 0
 
 
-def key(entry: polib.POEntry) -> _Key:
+def catalogue_entry_key(entry: polib.POEntry) -> _Key:
     """Return the key of a catalogue entry: its context, text and plural."""
     return entry.msgctxt or "", entry.msgid, entry.msgid_plural or ""
 

@@ -12,7 +12,7 @@ from inspector.language import tr
 from inspector.session.opening import Analysed, analyse_clip
 from twistcore.detection import Interval
 from twistcore.errors import ClipMismatchError, FormatError
-from twistcore.files.document_values import shown_words
+from twistcore.files.document_values import shorten_foreign_message
 from twistcore.files.ordinary import is_file
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import Clip
@@ -22,13 +22,13 @@ from twistcore.skeleton.motion import Motion
 from twistcore.study.class_exercise import (
     SCORE,
     ClassExercise,
-    class_table,
+    class_exercise_table,
+    json_file_schema,
     read_answer,
     read_exercise,
-    schema_of,
     write_exercise,
 )
-from twistcore.study.exercise import hide_errors, natural_stretches
+from twistcore.study.exercise import hide_exercise_errors, intervals_between_errors
 from twistcore.study.exercise_clip import write_exercise_clip
 from twistcore.synthesis import InjectedError
 from twistcore.synthesis.truth import SCHEMA as TRUTH
@@ -51,11 +51,11 @@ def with_hidden_errors(
         students judge a list of intervals.
     """
     motion, chains = source.motion, find_chains(source.motion)
-    dirty, errors = hide_errors(motion, chains, seed)
+    dirty, errors = hide_exercise_errors(motion, chains, seed)
     listed: list[Interval] = []
     if kind == "judge":
         listed = [Interval(e.chain, e.start, e.stop, e.offset) for e in errors]
-        listed += natural_stretches(errors, motion.frames)
+        listed += intervals_between_errors(errors, motion.frames)
     return dirty, errors, tuple(sorted(listed, key=lambda i: (i.chain, i.start)))
 
 
@@ -109,7 +109,7 @@ def open_for_student(path: Path, folder: Path) -> tuple[Analysed, ClassExercise]
     if not is_file(clip):
         why = tr(
             "the clip {clip} is missing. Put it into the same folder as the exercise.",
-            clip=shown_words(exercise.clip),
+            clip=shorten_foreign_message(exercise.clip),
         )
         raise ClipMismatchError(f"{path.name}: {why}")
     data = open_for_review(Path(shutil.copy(clip, folder)), exercise.listed)
@@ -117,7 +117,7 @@ def open_for_student(path: Path, folder: Path) -> tuple[Analysed, ClassExercise]
         why = tr(
             "{clip} is not the clip that this exercise was made from. Ask your teacher for "
             "both files.",
-            clip=shown_words(exercise.clip),
+            clip=shorten_foreign_message(exercise.clip),
         )
         raise ClipMismatchError(f"{path.name}: {why}")
     chains = {chain.name for chain in data.chains}
@@ -126,7 +126,7 @@ def open_for_student(path: Path, folder: Path) -> tuple[Analysed, ClassExercise]
             why = tr(
                 "the exercise lists intervals that do not fit {clip}. Use the clip that was "
                 "written together with the exercise.",
-                clip=shown_words(exercise.clip),
+                clip=shorten_foreign_message(exercise.clip),
             )
             raise FormatError(f"{path}: {why}")
     return data, exercise
@@ -137,7 +137,7 @@ def score_answers(files: Sequence[Path]) -> str:
 
     `files` are the paths of the key and of the answers, in any order.
     """
-    by_schema = [(schema_of(path), path) for path in files]
+    by_schema = [(json_file_schema(path), path) for path in files]
     keys = [path for schema, path in by_schema if schema == TRUTH]
     handed = [(path, read_answer(path)) for schema, path in by_schema if schema == SCORE]
     if len(keys) != 1 or not handed:
@@ -156,8 +156,8 @@ def score_answers(files: Sequence[Path]) -> str:
                 tr(
                     "{file} belongs to the clip {clip}, but the key belongs to {other}.",
                     file=path.name,
-                    clip=shown_words(one.clip),
-                    other=shown_words(truth.clip),
+                    clip=shorten_foreign_message(one.clip),
+                    other=shorten_foreign_message(truth.clip),
                 )
             )
         if one.sha256 != truth.sha256:
@@ -166,7 +166,7 @@ def score_answers(files: Sequence[Path]) -> str:
                     "{file} and the key belong to different clips that are both named {clip}. "
                     "Choose the answers and the key from the same exercise.",
                     file=path.name,
-                    clip=shown_words(one.clip),
+                    clip=shorten_foreign_message(one.clip),
                 )
             )
-    return class_table(truth.errors, [one for _, one in handed])
+    return class_exercise_table(truth.errors, [one for _, one in handed])

@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 
 from inspector.bundled import EXERCISE_PAGE
-from inspector.language import in_language, plural, tr
+from inspector.language import plural, tr, translated_page_path
 from inspector.lessons.lesson_file import body_and_task
-from inspector.widgets.signed_numbers import signed
+from inspector.widgets.signed_numbers import format_signed_number
 from twistcore.detection import Interval
 from twistcore.study.exercise import ExerciseScore
 from twistcore.synthesis import InjectedError
@@ -17,7 +17,7 @@ from twistcore.synthesis import InjectedError
 
 def exercise_page() -> tuple[str, str, str]:
     """Return the title, the text and the task of the page that explains the exercise."""
-    head, _, text = in_language(EXERCISE_PAGE).read_text(encoding="utf-8").partition("\n")
+    head, _, text = translated_page_path(EXERCISE_PAGE).read_text(encoding="utf-8").partition("\n")
     return (head.removeprefix("# ").strip(), *body_and_task(text.splitlines()))
 
 
@@ -59,7 +59,7 @@ def score_text(result: ExerciseScore, first_frame: int, label: Callable[[str], s
 
 def _row(found: InjectedError | Interval, first: int, chain: str) -> str:
     largest = found.offset[int(np.argmax(np.abs(found.offset)))]
-    degrees = f"{signed(np.degrees(largest), 0)}°"
+    degrees = f"{format_signed_number(np.degrees(largest), 0)}°"
     frames = tr(
         "{start} to {stop}", start=found.start + first, stop=found.stop + first
     )  # as in the columns Start and Stop of the table

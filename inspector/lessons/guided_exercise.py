@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QComboBox, QLabel, QMenu, QPushButton, QSpinBox, QToolButton, QWidget
 
-from inspector.language import of_core, plural, tr, tr_as
+from inspector.language import plural, tr, tr_as, translate_core_sentence
 from inspector.lessons.classroom import open_for_review, open_for_student, with_hidden_errors
 from inspector.lessons.exercise_texts import exercise_page, score_text
 from inspector.lessons.guide_card import leave_button
@@ -21,7 +21,7 @@ from inspector.lessons.teachers_files import TeachersFiles
 from inspector.session.opening import Analysed
 from inspector.widgets.background import OneTask
 from inspector.widgets.building import tool_button
-from inspector.widgets.file_dialog import ask_files, ask_where
+from inspector.widgets.file_dialog import ask_files, ask_save_path
 from twistcore.detection import Interval
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
@@ -205,7 +205,7 @@ class Exercise(QObject):
 
     def _label(self, chain: str) -> str:
         try:
-            return of_core(self._program.document.find_chain(chain).label)
+            return translate_core_sentence(self._program.document.find_chain(chain).label)
         except KeyError:  # the user has removed the chain
             return chain
 
@@ -299,7 +299,7 @@ class Exercise(QObject):
             if self.hand_in(path):
                 then()
 
-        ask_where(self._window, tr("Hand in"), "*.json", write, wanted=wanted, suffix="json")
+        ask_save_path(self._window, tr("Hand in"), "*.json", write, wanted=wanted, suffix="json")
 
     def hand_in(self, path: Path) -> bool:
         """Write all intervals with their verdicts, the user's name and the time needed.

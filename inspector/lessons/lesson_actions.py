@@ -13,18 +13,18 @@ from PySide6.QtWidgets import QApplication, QDockWidget, QMenu
 
 from inspector.bundled import EXERCISES, LESSONS, TOUR
 from inspector.feature import HostWindow
-from inspector.language import in_language, tr
+from inspector.language import tr, translated_page_path
 from inspector.lessons.guided_exercise import Exercise
 from inspector.lessons.guided_program import GuidedProgram
 from inspector.lessons.lesson_file import LessonFile, read_lesson
-from inspector.lessons.lesson_place import settings
+from inspector.lessons.lesson_place import lesson_place_settings
 from inspector.lessons.lesson_player import LessonPlayer
 from inspector.lessons.page_export import PageExport
-from inspector.lessons.scene_of_page import present_place
+from inspector.lessons.scene_of_page import current_lesson_place
 from inspector.teaching.five_trackers_dialog import FiveTrackers
 from inspector.widgets.building import bring_to_front
 from inspector.widgets.file_dialog import ask_files
-from inspector.widgets.labels import as_entry
+from inspector.widgets.labels import escape_menu_text
 from twistcore.errors import TwistError
 
 _GUIDE_WIDTH = 330  # pixels
@@ -96,7 +96,7 @@ class LessonActions:
             return
         for path in sorted(LESSONS.glob("*.md")):
             if path != TOUR:
-                own = in_language(path)
+                own = translated_page_path(path)
                 action = QAction(read_lesson(own).title, self.lessons_menu)
                 action.triggered.connect(lambda _=False, p=own: self.play(p))
                 self.lessons_menu.addAction(action)
@@ -108,7 +108,7 @@ class LessonActions:
 
     def tour(self) -> None:
         """Start the guided tour."""
-        self.play(in_language(TOUR))
+        self.play(translated_page_path(TOUR))
 
     def open_lesson(self) -> None:
         """Ask for a lesson file, and start the lesson."""
@@ -140,7 +140,7 @@ class LessonActions:
         answers: list[tuple[str, Callable[[], object]]] = [(tr("Exercise"), self.exercise)]
         following = names.index(name) + 1 if name in names else len(names)
         if following < len(lessons):
-            own = in_language(lessons[following])
+            own = translated_page_path(lessons[following])
             answers.insert(0, (read_lesson(own).title, partial(self.play, own)))
         self.window.bar.offer(text, tuple(answers))
 
@@ -156,11 +156,11 @@ class LessonActions:
 
     def copy_place(self) -> None:
         """Copy the current frame, chain and view to the clipboard as settings of a lesson page."""
-        place, message = present_place(self.program), self.program.document.message
+        place, message = current_lesson_place(self.program), self.program.document.message
         if place is None:
             message.emit(tr("Open a clip first."), False)
             return
-        QApplication.clipboard().setText(f"{settings(place)}\n")
+        QApplication.clipboard().setText(f"{lesson_place_settings(place)}\n")
         message.emit(tr("Copied. Paste the settings into a page of your lesson file."), False)
 
     def exercise(self) -> None:
@@ -190,7 +190,7 @@ class LessonActions:
     def _show_guide(self, title: str) -> None:
         self._list_as_before = self.program.list_all()  # a page may refer to any interval
         self._taught_before = self.program.taught.active
-        self.dock.setWindowTitle(as_entry(title))
+        self.dock.setWindowTitle(escape_menu_text(title))
         self.dock.toggleViewAction().setEnabled(True)
         bring_to_front(self.dock)
         self.window.statusBar().clearMessage()

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 
 from inspector.lessons.guided_program import GuidedProgram
-from inspector.lessons.lesson_conditions import FARTHEST, Condition, tau_meets, word_of
+from inspector.lessons.lesson_conditions import FARTHEST, Condition, hyphenated_kind_name, tau_meets
 from inspector.session.open_clip import Show
 from twistcore.detection import Kind
-from twistcore.detection.runs import runs
+from twistcore.detection.runs import runs_of_true
 from twistcore.review import Decision, Judged
 
 _NEARLY = 0.05  # degrees; sliders have steps of a tenth of a degree
@@ -211,7 +211,7 @@ def _find_judged(visit: Visit, condition: Condition, decision: Decision) -> Judg
 
 
 def _fits(condition: Condition, kind: Kind) -> bool:
-    return not condition.words or word_of(kind) in condition.words
+    return not condition.words or hyphenated_kind_name(kind) in condition.words
 
 
 def _accepted(visit: Visit, condition: Condition) -> bool:
@@ -272,7 +272,7 @@ def _list(visit: Visit, condition: Condition) -> None:
     found = (document.detector.intervals(visit.chain, float(t)) for t in tau)
     fits = np.array([len(own) == condition.amount for own in found])
     if fits.any():
-        low, high = max(runs(fits), key=lambda run: run[1] - run[0])
+        low, high = max(runs_of_true(fits), key=lambda run: run[1] - run[0])
         document.set_tau(float(tau[(low + high - 1) // 2]), visit.chain)
 
 

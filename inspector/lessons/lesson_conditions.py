@@ -18,12 +18,12 @@ _EITHER = re.compile(rf"({AT_LEAST}|{AT_MOST})\s*(\S+)")
 _SINGULAR = ("swing", "bend")
 
 
-def word_of(kind: Kind) -> str:
+def hyphenated_kind_name(kind: Kind) -> str:
     """Return the name of a kind of interval as one word with hyphens, such as 'limb-flip'."""
     return kind.value.replace(" ", "-")
 
 
-_KINDS = tuple(map(word_of, Kind))
+_KINDS = tuple(map(hyphenated_kind_name, Kind))
 
 _MOST = {"swing": 180.0, "twist": 180.0, "applied": 1.0, "tau": 180.0}  # the limits of the sliders
 FARTHEST = 170.0  # degrees of twist up to which the child's direction of rotation is known
@@ -95,7 +95,7 @@ def read_conditions(text: str) -> tuple[Condition, ...]:
     return tuple(conditions)
 
 
-def met_from_start(conditions: Sequence[Condition], place: LessonPlace) -> bool:
+def is_task_already_met(conditions: Sequence[Condition], place: LessonPlace) -> bool:
     """Return True if the settings of a page already meet all conditions of its task.
 
     The user would then have nothing to do.

@@ -11,12 +11,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from inspector.bundled import ASSETS
-from inspector.language import of_core, tr
-from inspector.lessons.lesson_conditions import Condition, met_from_start, read_conditions
+from inspector.language import tr, translate_core_sentence
+from inspector.lessons.lesson_conditions import Condition, is_task_already_met, read_conditions
 from inspector.lessons.lesson_place import FIELDS
 from inspector.lessons.lesson_place import LessonPlace as LessonPlace
 from twistcore.errors import FormatError, TwistError
-from twistcore.files.document_values import bytes_of, shown_value
+from twistcore.files.document_values import format_value_for_message, read_bytes_limited
 from twistcore.files.ordinary import is_file
 
 FENCE = "```lesson"
@@ -74,9 +74,9 @@ class LessonFile:
 def read_lesson(path: Path) -> LessonFile:
     """Read a lesson. Raises FormatError with the file, the line and a description of valid text."""
     try:
-        text = bytes_of(path, _MOST_BYTES).decode("utf-8-sig")
+        text = read_bytes_limited(path, _MOST_BYTES).decode("utf-8-sig")
     except (TwistError, UnicodeDecodeError) as error:
-        why = tr("expected a lesson as UTF-8 text ({error})", error=of_core(error))
+        why = tr("expected a lesson as UTF-8 text ({error})", error=translate_core_sentence(error))
         raise FormatError(f"{path}: {why}") from None
     lines = text.splitlines()
     head, first = _front_matter(path, lines)
@@ -167,7 +167,7 @@ def _page(path: Path, lines: list[str], start: int, stop: int, before: LessonPla
                 place = replace(place, **FIELDS[key](value))
         except ValueError as error:
             raise _error(path, line, str(error), value) from None
-    if met_from_start(done, place):
+    if is_task_already_met(done, place):
         line, value = settings["done"]
         raise _error(path, line, tr("a task that is not already done when the page opens"), value)
     body, task = body_and_task(text)
@@ -227,7 +227,7 @@ def _error(path: Path, line: int, expected: str, found: str = "") -> FormatError
     fields = {"file": path, "line": line, "expected": expected}
     if not found.strip():
         return FormatError(tr("{file}, line {line}: expected {expected}", **fields))
-    own = shown_value(found.strip())
+    own = format_value_for_message(found.strip())
     return FormatError(
         tr("{file}, line {line}: expected {expected}, found {found}", **fields, found=own)
     )

@@ -238,7 +238,7 @@ FIELDS: Mapping[str, Callable[[str], dict[str, Any]]] = {
 # -- written -------------------------------------------------------------------------------------
 
 
-def settings(place: LessonPlace) -> str:
+def lesson_place_settings(place: LessonPlace) -> str:
     """Return the settings of a lesson place as text for a lesson file.
 
     The clip is written as a file name without its folder.

@@ -15,8 +15,8 @@ from inspector.lessons.guided_program import GuidedProgram
 from inspector.lessons.lesson_checks import Visit, all_met, meet_all
 from inspector.lessons.lesson_file import LessonFile, LessonPage
 from inspector.lessons.lesson_text import formulas
-from inspector.lessons.page_in_clip import chain_of
-from inspector.lessons.scene_of_page import ViewBefore, set_scene
+from inspector.lessons.page_in_clip import lesson_page_chain
+from inspector.lessons.scene_of_page import ViewBefore, show_lesson_place
 from inspector.session.opening import Analysed, analyse_clip
 from inspector.widgets.background import OneTask
 from twistcore.formats.bvh import read_bvh
@@ -25,7 +25,7 @@ from twistcore.tuning import Profile
 Clips = dict[tuple[Path, str], Analysed]  # keyed by the path in the lesson and the detector
 
 
-def read_clips(lesson: LessonFile, folder: Path) -> Clips:
+def analyse_lesson_clips(lesson: LessonFile, folder: Path) -> Clips:
     """Write copies of a lesson's clips to `folder`, analyse the copies, and return them.
 
     Raises TwistError if a page does not fit its clip.
@@ -39,7 +39,7 @@ def read_clips(lesson: LessonFile, folder: Path) -> Clips:
             own.mkdir(exist_ok=True)
             clip = read_bvh(Path(shutil.copy(place.clip, own)))
             clips[key] = analyse_clip(clip, Profile({}, place.detector))
-        chain_of(lesson, page, clips[key])
+        lesson_page_chain(lesson, page, clips[key])
     return clips
 
 
@@ -91,7 +91,7 @@ class LessonPlayer(QObject):
         folder = self._program.aside.folder()
         self.pages = lesson.pages
         self._program.guide.prepare([t for page in lesson.pages for t in formulas(page.body)])
-        self._task.run(lambda _: read_clips(lesson, folder), self._ready, failed)
+        self._task.run(lambda _: analyse_lesson_clips(lesson, folder), self._ready, failed)
 
     def end(self) -> None:
         """End the lesson, and show the user's own clip again."""
@@ -138,7 +138,7 @@ class LessonPlayer(QObject):
         self.forward.setText(tr("Next") if at + 1 < len(self.pages) else tr("Finish"))
         self._preparing = True
         data = self._clips[page.place.clip, page.place.detector]
-        set_scene(self._program, data, page.place)
+        show_lesson_place(self._program, data, page.place)
         self.turned.emit()
         self._preparing = False
         self._visit = Visit(self._program, self._program.document.frame, page.place.chain)

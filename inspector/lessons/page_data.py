@@ -13,19 +13,19 @@ from typing import Any
 import numpy as np
 
 from inspector.lessons.lesson_file import LessonFile, LessonPage
-from inspector.lessons.page_in_clip import chain_of
+from inspector.lessons.page_in_clip import lesson_page_chain
 from inspector.session.opening import Analysed
 from inspector.teaching.taught_frame import joint_labels
 from inspector.viewport.bodies import BoneSegment, find_bones
-from inspector.viewport.ground import lowest
-from inspector.viewport.web_figure import emphasised, figure_data, skin_data
+from inspector.viewport.ground import ground_at_lowest_joint
+from inspector.viewport.web_figure import emphasised_bone_indices, figure_data, skin_data
 from twistcore.analysis.correction.twist_removal import (
-    carried_by_limb,
+    carried_offsets_by_chain,
     offsets_by_chain,
     remove_twist,
 )
 from twistcore.detection.paper import running_offset
-from twistcore.files.packed_numbers import packed
+from twistcore.files.packed_numbers import encode_base64_array
 from twistcore.skeleton.chain import Chain, find_chains, uncorrectable_joints
 from twistcore.skeleton.figure import figure_size, guess_up, heading
 from twistcore.skeleton.limb import Limb
@@ -79,7 +79,7 @@ class PageData:
     # -- which frames -------------------------------------------------------------------------
 
     def _window(self, page: LessonPage, seconds: float) -> Window:
-        chain_of(self._lesson, page, self._clips[page.place.clip])
+        lesson_page_chain(self._lesson, page, self._clips[page.place.clip])
         motion = self._clips[page.place.clip].motion
         asked = [int(c.amount) + _MORE for c in page.done if c.name == "moved"]
         reach = max([round(seconds * motion.fps), 1, *asked])
@@ -116,7 +116,7 @@ class PageData:
         up = guess_up(data.positions, find_chains(data.motion), skeleton)
         height = figure_size(data.positions, skeleton)
         bones = self._bones[clip] = find_bones(data.motion, up, height)
-        ground = lowest(data.positions, up, height)
+        ground = ground_at_lowest_joint(data.positions, up, height)
         figure = figure_data(skeleton, bones, up, height, ground)
         if any(page.place.skin and page.place.clip == clip for page in self._lesson.pages):
             figure["skin"] = skin_data(bones, data.chains, height)
@@ -131,8 +131,8 @@ class PageData:
             "fps": motion.fps,
             "offsets": motion.skeleton.offsets.tolist(),
             "moving": list(motion.positioned),
-            "rotations": packed(motion.rotations, "f4"),
-            "positions": packed(motion.positions, "f4"),
+            "rotations": encode_base64_array(motion.rotations, "f4"),
+            "positions": encode_base64_array(motion.positions, "f4"),
         }
 
     def _chain(self, data: Analysed, chain: Chain, span: int, tau: float | None) -> int:
@@ -157,11 +157,11 @@ class PageData:
                 "children": list(data.motion.skeleton.children[chain.parent]),
                 "free": not uncorrectable_joints(data.motion, chain),
                 "tau": tau,
-                "axes": packed(own.axis, "f4"),
-                "arms": packed(own.arm, "f4"),
-                "running": packed(running_offset(signals, tau)[frames], "f4"),
+                "axes": encode_base64_array(own.axis, "f4"),
+                "arms": encode_base64_array(own.arm, "f4"),
+                "running": encode_base64_array(running_offset(signals, tau)[frames], "f4"),
                 **{
-                    name: packed(getattr(signals, name)[frames], "f4")
+                    name: encode_base64_array(getattr(signals, name)[frames], "f4")
                     for name in ("theta_p", "theta_c", "strength")
                 },
             }
@@ -169,7 +169,7 @@ class PageData:
 
     def _page(self, page: LessonPage, window: Window) -> dict[str, Any]:
         place, data = page.place, self._clips[page.place.clip]
-        span, chain = self._span_of(place.clip, window), chain_of(self._lesson, page, data)
+        span, chain = self._span_of(place.clip, window), lesson_page_chain(self._lesson, page, data)
         taught = chain is not None and not isinstance(chain, Limb) and place.tab == "teaching"
         curves = chain is not None and not isinstance(chain, Limb)
         up = np.array(self._figures[self._figure_of[place.clip]]["room"]["up"])
@@ -181,7 +181,7 @@ class PageData:
             "label": chain.label if chain else "",
             "taught": taught,
             "joints": joint_labels(data.motion.skeleton, chain) if chain and curves else {},
-            "strong": emphasised(self._bones[place.clip], chain, data.motion.skeleton),
+            "strong": emphasised_bone_indices(self._bones[place.clip], chain, data.motion.skeleton),
             "ahead": ahead.tolist(),
             "frame": place.frame,
             "first": window.first,
@@ -208,14 +208,14 @@ class PageData:
         intervals = [judged.interval for judged in data.review.state.intervals]
         offsets, carried = (
             {name: offset[start:stop] for name, offset in of(intervals, data.motion.frames).items()}
-            for of in (offsets_by_chain, carried_by_limb)
+            for of in (offsets_by_chain, carried_offsets_by_chain)
         )
         chains = [c.sliced(start, stop) for c in data.chains_and_limbs]
         after = remove_twist(motion, chains, offsets, carried).rotations
         joints = np.flatnonzero((after != motion.rotations).any(axis=(0, 2)))
         if not len(joints):
             return None
-        rotations = packed(after[:, joints], "f4")
+        rotations = encode_base64_array(after[:, joints], "f4")
         return {"joints": joints.tolist(), "first": start, "rotations": rotations}
 
 

@@ -9,11 +9,11 @@ from PySide6.QtCore import QObject
 from PySide6.QtWidgets import QWidget
 
 from inspector.bundled import ASSETS, TOUR
-from inspector.language import in_language, tr
+from inspector.language import tr, translated_page_path
 from inspector.lessons.lesson_file import LessonFile, read_lesson
 from inspector.lessons.web_page import export_page
 from inspector.widgets.background import OneTask
-from inspector.widgets.file_dialog import ask_files, ask_where
+from inspector.widgets.file_dialog import ask_files, ask_save_path
 from twistcore.errors import TwistError
 
 
@@ -37,7 +37,7 @@ class PageExport(QObject):
         ask_files(
             self._window, tr("Export lesson as web page"), tr("Lessons (*.md)"),
             lambda paths: self._read(paths[0]),
-            folder=in_language(TOUR).parent,
+            folder=translated_page_path(TOUR).parent,
         )  # fmt: skip
 
     def _read(self, path: Path) -> None:
@@ -51,7 +51,7 @@ class PageExport(QObject):
     def _ask_where(self, lesson: LessonFile) -> None:
         own = not lesson.path.is_relative_to(ASSETS)  # do not write to the program's folder
         folder = lesson.path.parent if own else Path.home()
-        ask_where(
+        ask_save_path(
             self._window, tr("Export lesson as web page to"), tr("Web pages (*.html)"),
             lambda path: self.write(lesson, path),
             wanted=folder / f"{lesson.path.stem}.html", suffix="html",

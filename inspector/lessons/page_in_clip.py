@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from inspector.language import tr
-from inspector.lessons.lesson_conditions import word_of
+from inspector.lessons.lesson_conditions import hyphenated_kind_name
 from inspector.lessons.lesson_file import LessonFile, LessonPage
 from inspector.session.opening import Analysed
 from twistcore.detection import Kind
 from twistcore.errors import FormatError
-from twistcore.files.document_values import shown_words
+from twistcore.files.document_values import shorten_foreign_message
 from twistcore.skeleton.chain import Chain
 
 _OF_CHAINS = ("swing", "counter")  # conditions that are only defined for chains
 _OF_THE_CHAIN = ("tau", "listed")  # conditions for the page's chain
 
 
-def chain_of(lesson: LessonFile, page: LessonPage, data: Analysed) -> Chain | None:
+def lesson_page_chain(lesson: LessonFile, page: LessonPage, data: Analysed) -> Chain | None:
     """Return the chain or limb of a page, or None if the page does not name one.
 
     `data` is the clip of the page. Raises FormatError if the clip lacks the chain, the frame, or
@@ -29,7 +29,7 @@ def chain_of(lesson: LessonFile, page: LessonPage, data: Analysed) -> Chain | No
         text = tr(
             "{file}, line {line}: expected {expected}, found '{found}'",
             **fields,
-            found=shown_words(found),
+            found=shorten_foreign_message(found),
         )
         return FormatError(text)
 
@@ -78,4 +78,4 @@ def _kinds(data: Analysed) -> set[str]:
     limbs = len(data.chains_and_limbs) - len(data.chains)
     kinds |= {Kind.COUNTER_TWIST} if data.chains else set()
     kinds |= {Kind.LIMB_FLIP} if limbs else set()
-    return set(map(word_of, kinds))
+    return set(map(hyphenated_kind_name, kinds))

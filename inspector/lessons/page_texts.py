@@ -11,7 +11,7 @@ from markdown_it.rules_inline import StateInline
 from markdown_it.token import Token
 from markupsafe import Markup, escape
 
-from inspector.widgets.typeset import EM, outlines
+from inspector.widgets.typeset import EM, formula_outlines
 
 # SVG letter and number of points, keyed by matplotlib's path code
 _LETTERS = {1: ("M", 1), 2: ("L", 1), 3: ("Q", 2), 4: ("C", 3), 79: ("Z", 1)}
@@ -22,7 +22,7 @@ class Formulas:
     """Converts TeX formulas to SVG images in the colour of the text."""
 
     def __init__(self, texts: Iterable[str]) -> None:
-        self._known: dict[str, Any] = outlines(dict.fromkeys(texts))
+        self._known: dict[str, Any] = formula_outlines(dict.fromkeys(texts))
 
     def outline(self, tex: str) -> dict[str, Any]:
         """Return the outline of a formula as an SVG path, and its box (left, top, width, height).
@@ -56,7 +56,7 @@ class Formulas:
         Raises ValueError if the text cannot be typeset.
         """
         if tex not in self._known:
-            self._known |= outlines([tex])
+            self._known |= formula_outlines([tex])
         if tex not in self._known:
             raise ValueError(tex)
         return self._known[tex]

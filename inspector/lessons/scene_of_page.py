@@ -37,7 +37,7 @@ class ViewBefore:
             self._program.actions[look].setChecked(checked)
 
 
-def set_scene(program: GuidedProgram, data: Analysed, place: LessonPlace) -> None:
+def show_lesson_place(program: GuidedProgram, data: Analysed, place: LessonPlace) -> None:
     """Show the place of a page: its frame, chain, view, τ and symbols.
 
     `data` is the clip of the page.
@@ -79,7 +79,7 @@ def _set_taus(program: GuidedProgram, place: LessonPlace) -> None:
     document.set_taus({name: tau for name, tau in wanted.items() if now[name] != tau})
 
 
-def present_place(program: GuidedProgram) -> LessonPlace | None:
+def current_lesson_place(program: GuidedProgram) -> LessonPlace | None:
     """Return the place that the program shows now, or None if no clip is open."""
     document, taught, viewport = program.document, program.taught, program.viewport
     data = document.data

@@ -13,10 +13,10 @@ from inspector.language import plural, tr
 from inspector.lessons.classroom import score_answers, write_for_class
 from inspector.lessons.interrupted_review import Aside
 from inspector.widgets.background import OneTask
-from inspector.widgets.file_dialog import ask_files, ask_where
+from inspector.widgets.file_dialog import ask_files, ask_save_path
 from twistcore.errors import TwistError
 from twistcore.files.atomic import write_atomically
-from twistcore.files.encoding import encoded
+from twistcore.files.encoding import encode_utf8
 
 _SEEDS = 2**31
 
@@ -53,7 +53,7 @@ class TeachersFiles(QObject):
         """Ask for a path, and write an exercise to it."""
         wanted = Path("exercise.json")
         title = tr("Write an exercise")
-        ask_where(self._window, title, "*.json", self.write, wanted=wanted, suffix="json")
+        ask_save_path(self._window, title, "*.json", self.write, wanted=wanted, suffix="json")
 
     def write(self, path: Path) -> None:
         """Write an exercise made from the open clip or from a sample, with a random seed."""
@@ -84,7 +84,7 @@ class TeachersFiles(QObject):
         """
 
         def ask(table: str) -> None:
-            ask_where(
+            ask_save_path(
                 self._window, tr("Save the table of scores"), "*.csv",
                 lambda path: self.write_table(path, table),
                 wanted=files[0].with_name("class.csv"), suffix="csv",
@@ -95,7 +95,7 @@ class TeachersFiles(QObject):
     def write_table(self, path: Path, table: str) -> None:
         """Write the table of scores, a CSV text, to a file."""
         try:
-            write_atomically(path, encoded(table))
+            write_atomically(path, encode_utf8(table))
         except (OSError, TwistError) as error:
             self._failed(error)
             return

@@ -20,14 +20,14 @@ from inspector.lessons.page_data import PageData
 from inspector.lessons.page_texts import Formulas, markdown_html
 from inspector.session.opening import Analysed, analyse_clip
 from inspector.teaching.equation_table import SECTIONS
-from inspector.teaching.gizmo_drawing import lit_parts
-from inspector.teaching.symbols import MARKS, SYMBOLS, colour
+from inspector.teaching.gizmo_drawing import highlighted_gizmo_symbols
+from inspector.teaching.symbols import MARKS, SYMBOLS, symbol_family_colour
 from inspector.viewport.bone_colours import GHOST_ALPHA
-from inspector.viewport.web_figure import PAGE_PARTS, page_part, theme_data, three_js
+from inspector.viewport.web_figure import PAGE_PARTS, read_page_asset, theme_data, three_js
 from inspector.widgets.theme import DARK, LIGHT, Theme
 from twistcore.errors import TwistError
 from twistcore.files.atomic import write_atomically
-from twistcore.files.encoding import encoded
+from twistcore.files.encoding import encode_utf8
 from twistcore.formats.bvh import read_bvh
 
 LARGEST = 5_000_000  # maximum size of a page in bytes
@@ -43,7 +43,7 @@ _SCRIPTS = (
 
 def export_page(lesson: LessonFile, path: Path) -> None:
     """Write a lesson as a web page. Raises TwistError if that fails. Thread-safe."""
-    write_atomically(path, encoded(page_text(lesson)))
+    write_atomically(path, encode_utf8(page_text(lesson)))
 
 
 def page_text(lesson: LessonFile, largest: int = LARGEST) -> str:
@@ -54,12 +54,12 @@ def page_text(lesson: LessonFile, largest: int = LARGEST) -> str:
     opened = cache(_opened)
     for seconds in _SPANS:
         text = _assembled(lesson, opened, seconds)
-        if len(encoded(text)) <= largest:
+        if len(encode_utf8(text)) <= largest:
             return text
     why = tr(
         "the web page would be {size:.1f} MB, more than the limit of {most:.1f} MB. "
         "Shorten the lesson, or let several of its pages show the same frames.",
-        size=len(encoded(text)) / 1e6,
+        size=len(encode_utf8(text)) / 1e6,
         most=largest / 1e6,
     )
     raise TwistError(f"{lesson.path.name}: {why}")
@@ -97,9 +97,9 @@ def _assembled(lesson: LessonFile, opened: Callable[[Path], Analysed], seconds: 
         sections=SECTIONS,
         symbols=SYMBOLS,
         formula=formulas.svg,
-        style=Markup(_colours() + page_part("page.css")),
+        style=Markup(_colours() + read_page_asset("page.css")),
         library=Markup(three_js()),
-        scripts=[Markup(page_part(name)) for name in _SCRIPTS],
+        scripts=[Markup(read_page_asset(name)) for name in _SCRIPTS],
         data=Markup(_json(data)),
     )
 
@@ -120,20 +120,20 @@ def _looks(formulas: Formulas) -> dict[str, Any]:
             name: formulas.outline(mark.tex) | {"family": mark.family}
             for name, mark in MARKS.items()
         },
-        "together": {name: sorted(lit_parts(name)) for name in SYMBOLS},
+        "together": {name: sorted(highlighted_gizmo_symbols(name)) for name in SYMBOLS},
     }
 
 
 def _words() -> dict[str, str]:
     """Return the translations of the texts in the scripts, keyed by the English text."""
-    texts = {found for name in _SCRIPTS for found in texts_of_script(page_part(name))}
+    texts = {found for name in _SCRIPTS for found in texts_of_script(read_page_asset(name))}
     translated = {text: tr_as(meaning, text) for meaning, text in sorted(texts)}
     return {text: own for text, own in translated.items() if own != text}
 
 
 def _theme(theme: Theme) -> dict[str, Any]:
     families = {mark.family for mark in MARKS.values()}
-    own = {family: colour(family, theme) for family in sorted(families)}
+    own = {family: symbol_family_colour(family, theme) for family in sorted(families)}
     return theme_data(theme) | {"families": own}
 
 

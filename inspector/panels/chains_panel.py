@@ -12,13 +12,13 @@ from PySide6.QtCore import QModelIndex, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QComboBox, QHeaderView, QLabel, QStackedWidget, QWidget
 
-from inspector.language import of_core, tr, tr_as
-from inspector.panels.limb_words import end_in_words
-from inspector.panels.rig_names import joints_of, own_joints
+from inspector.language import tr, tr_as, translate_core_sentence
+from inspector.panels.limb_words import limb_end_in_sentence
+from inspector.panels.rig_names import chain_joint_names, joint_names_unlike_label
 from inspector.session.document import Document
 from inspector.session.examined import one_line_summary, reason_unexamined, unexamined_sentences
 from inspector.widgets.building import action_button, hbox, hint, vbox
-from inspector.widgets.labels import as_tip
+from inspector.widgets.labels import escape_tool_tip_text
 from inspector.widgets.tables import (
     Index,
     RowDelegate,
@@ -30,7 +30,7 @@ from inspector.widgets.tables import (
 from inspector.widgets.theme import Colours
 from twistcore.analysis.correction.twist_removal import children_off_axis
 from twistcore.detection.limb_flips import BENT
-from twistcore.files.encoding import legible
+from twistcore.files.encoding import escape_control_characters
 from twistcore.review import Decision
 from twistcore.skeleton.chain import Chain, uncorrectable_joints
 from twistcore.skeleton.helper import Helper
@@ -260,7 +260,7 @@ class ChainsPanel(QWidget):
         self.people.clear()
         self.people.addItem(tr("Everyone"), "")
         for person in people:
-            self.people.addItem(legible(person), person)
+            self.people.addItem(escape_control_characters(person), person)
         self.people.setCurrentIndex(max(self.people.findData(self._document.person), 0))
         self.people.setVisible(bool(people))
 
@@ -268,7 +268,9 @@ class ChainsPanel(QWidget):
         """Show the first limb that could not be examined, and the number of other such limbs."""
         sentences = unexamined_sentences(self._document.data)
         self.unexamined.setText(one_line_summary(sentences))
-        self.unexamined.setToolTip(as_tip("\n".join(sentences)) if len(sentences) > 1 else "")
+        self.unexamined.setToolTip(
+            escape_tool_tip_text("\n".join(sentences)) if len(sentences) > 1 else ""
+        )
         self._notice.setVisible(bool(sentences))
         data = self._document.data  # the button helps only if chains are missing
         self._names.setVisible(bool(data and not (data.chains and data.analysis.not_examined)))
@@ -297,7 +299,7 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
     stuck = uncorrectable_joints(data.motion, chain, carried=True)
     flips, skeleton = data.limb(chain.name), data.motion.skeleton
     off_axis = {} if flips else children_off_axis(data.motion, chain)
-    notes = [of_core(warning) for warning in chain.warnings]
+    notes = [translate_core_sentence(warning) for warning in chain.warnings]
     if stuck:
         note = tr(
             "This chain cannot be corrected, because some of its joints have fewer than "
@@ -309,7 +311,7 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
         note = tr(
             "Flips that did not turn the {end} cannot be corrected, because some joints have "
             "fewer than three rotation channels: {joints}.",
-            end=end_in_words(chain.end_word),
+            end=limb_end_in_sentence(chain.end_word),
             joints=_listed(partly),
         )
         notes.append(note)
@@ -324,12 +326,15 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
         reliability, least = data.analysis.reliability[chain.name], _RELIABLE
     else:
         tips, reliability, least = _LIMB_TIPS, float(np.median(flips.swivel.height)), BENT
-    label, joints = of_core(chain.list_label), own_joints(chain, skeleton)
+    label, joints = (
+        translate_core_sentence(chain.list_label),
+        joint_names_unlike_label(chain, skeleton),
+    )
     if isinstance(chain, Helper):
-        label, joints = of_core(chain.label), tr("twist bone")
+        label, joints = translate_core_sentence(chain.label), tr("twist bone")
     if stuck:
         label = tr("{chain} (locked)", chain=label)
-    in_file = joints_of(chain, skeleton)
+    in_file = chain_joint_names(chain, skeleton)
     about = in_file if in_file == label else f"{label} ({in_file})"
     return _Shown(
         chain=chain.name,

@@ -20,19 +20,23 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from inspector.language import of_core, plural, tr, tr_as
+from inspector.language import plural, tr, tr_as, translate_core_sentence
 from inspector.panels.end_choice import EndChoice
-from inspector.panels.limb_words import middle_of, next_part, part_of_body
-from inspector.panels.protected_words import table_of, worse_line
-from inspector.panels.reject_reasons import REASONS, shown_reason, stored_reason
+from inspector.panels.limb_words import middle_joint_word, next_part, part_of_body
+from inspector.panels.protected_words import protected_measures_table, worsened_measures_sentence
+from inspector.panels.reject_reasons import (
+    REASONS,
+    reject_reason_in_english,
+    translate_reject_reason,
+)
 from inspector.panels.rig_names import joints_of_error, label_of
 from inspector.session.document import Document
 from inspector.session.examined import reason_unexamined
 from inspector.session.why_here import reason_near, reason_sentence
 from inspector.widgets.building import hbox, vbox
-from inspector.widgets.labels import Caption, Headline, as_tip, bold, capitalised
+from inspector.widgets.labels import Caption, Headline, bold, capitalised, escape_tool_tip_text
 from inspector.widgets.later import Burst
-from inspector.widgets.signed_numbers import SignedBox, plain, signed
+from inspector.widgets.signed_numbers import SignedBox, format_number, format_signed_number
 from twistcore.analysis.clip_analysis import BODY_STEP_DOUBT, RESTLESS_DOUBT
 from twistcore.analysis.correction.protected_measures import (
     Hinges,
@@ -42,8 +46,8 @@ from twistcore.analysis.correction.protected_measures import (
 from twistcore.analysis.why_not import Why
 from twistcore.detection import Interval, Kind
 from twistcore.review import Annotate, Decision, Judged
-from twistcore.review.model import resized, with_level
-from twistcore.review.soft_onset import soft_onset
+from twistcore.review.model import resized, with_median_offset
+from twistcore.review.soft_onset import describe_soft_onset
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.limb import Limb
@@ -101,7 +105,7 @@ class DetailCard(QWidget):
         self.note = QLineEdit(placeholderText=tr("Note"))
         self.note.setAccessibleName(tr("Note"))
         self.reason = QComboBox(editable=True, insertPolicy=QComboBox.InsertPolicy.NoInsert)
-        self.reason.addItems(["", *map(shown_reason, REASONS)])
+        self.reason.addItems(["", *map(translate_reject_reason, REASONS)])
         self.reason.setToolTip(tr("Reason for the rejection"))
         self.reason.setAccessibleName(tr("Reason for the rejection"))
         line = self.reason.lineEdit()
@@ -265,22 +269,26 @@ class DetailCard(QWidget):
             return
         interval = judged.interval
         chain = self._document.find_chain(interval.chain)
-        what = "" if kind == Kind.COUNTER_TWIST else f" · {of_core(interval.kind)}"
+        what = "" if kind == Kind.COUNTER_TWIST else f" · {translate_core_sentence(interval.kind)}"
         what += f" · {_EDITED}" if judged.edited else ""
         label = label_of(interval, chain)
         varies = "" if np.ptp(interval.offset) < 1e-9 else tr(", varying δ")
         if interval.soft_ended:
-            varies += tr(", up to {offset}°", offset=signed(np.degrees(interval.shown)))
+            varies += tr(
+                ", up to {offset}°", offset=format_signed_number(np.degrees(interval.shown))
+            )
         count = plural("{n} frame", "{n} frames", interval.frames)
         assert self._document.data is not None
         joints = joints_of_error(interval, chain, self._document.data.motion.skeleton)
-        self.title.setToolTip(as_tip(f"{label}{what} · {count}{varies}\n{joints}".rstrip()))
+        self.title.setToolTip(
+            escape_tool_tip_text(f"{label}{what} · {count}{varies}\n{joints}".rstrip())
+        )
         forms = (f" · {count}{varies}", f" · {count}", "")
         self.title.set_forms(*(f"{bold(label)}{what}{rest}" for rest in forms))
         first = self._document.first_frame
         measures = self._measures(judged)
-        figures = filter(None, (_figures(judged, chain), table_of(measures)))
-        self.why.setToolTip(as_tip("\n".join(figures)))
+        figures = filter(None, (_figures(judged, chain), protected_measures_table(measures)))
+        self.why.setToolTip(escape_tool_tip_text("\n".join(figures)))
         shown, begun = self._document.displayed(judged), self._ended_at(interval)
         sentences = explanation(shown, chain, first, measures, begun)
         blind = self._document.data.blind  # an exercise must not reveal its errors
@@ -381,7 +389,7 @@ class DetailCard(QWidget):
 
     def _show_note(self, judged: Judged | None) -> None:
         self.note.setText(judged.note if judged else "")
-        self.reason.setCurrentText(shown_reason(judged.reason) if judged else "")
+        self.reason.setCurrentText(translate_reject_reason(judged.reason) if judged else "")
 
     def _edges_edited(self) -> None:
         if judged := self._document.interval:
@@ -394,14 +402,14 @@ class DetailCard(QWidget):
 
     def _delta_edited(self, degrees: float) -> None:
         if judged := self._document.interval:
-            edited = with_level(judged.interval, float(np.radians(degrees)))
+            edited = with_median_offset(judged.interval, float(np.radians(degrees)))
             self._document.edit(judged.id, edited, self._burst.drag())
 
     def commit(self) -> None:
         """Store the note and the reason that the user has typed for the displayed interval."""
         shown = (j for j in self._document.intervals if j.id == self._shown)
         judged = next(shown, None)
-        note, reason = self.note.text(), stored_reason(self.reason.currentText().strip())
+        note, reason = self.note.text(), reject_reason_in_english(self.reason.currentText().strip())
         if judged and note == judged.note[: self.note.maxLength()]:
             note = judged.note  # the field shows only the beginning of the note
         if judged and reason == judged.reason.strip():
@@ -433,7 +441,7 @@ def explanation(
     if (judged.by_hand or judged.edited) and not interval.kind.info.repairer:
         made = tr("Made by hand.") if judged.by_hand else tr("Edited by hand.")
         found = "" if judged.supported else tr("No longer found at this τ.")
-        parts = _lead(judged, chain, evidence), worse_line(measures), made, found
+        parts = _lead(judged, chain, evidence), worsened_measures_sentence(measures), made, found
         return " ".join(filter(None, parts))
     if interval.kind == Kind.LONE_JUMP:
         return _lone_jump(interval, evidence, first_frame, stretch)
@@ -442,15 +450,17 @@ def explanation(
     if interval.kind == Kind.FROZEN:
         return _frozen(chain, evidence)
     if why := interval.kind.info.why:
-        size = f"{plain(np.degrees(interval.size))}°"
+        size = f"{format_number(np.degrees(interval.size))}°"
         offer = interval.kind.info.offer if interval.correctable else ""
         fields = {"joint": interval.joint, "size": size}
-        said = " ".join(f"{of_core(part.format(**fields))}." for part in (why, offer) if part)
+        said = " ".join(
+            f"{translate_core_sentence(part.format(**fields))}." for part in (why, offer) if part
+        )
         left = _MAY_INSERT if interval.kind == Kind.JOINT_JUMP else _NOT_CORRECTED
-        rest = worse_line(measures) if offer else left
+        rest = worsened_measures_sentence(measures) if offer else left
         made = tr("Made by hand.") if judged.by_hand else ""
         return " ".join(filter(None, (said, rest, made)))
-    sentences = [_lead(judged, chain, evidence), worse_line(measures)]
+    sentences = [_lead(judged, chain, evidence), worsened_measures_sentence(measures)]
     if interval.confidence is not None:
         sentences.append(tr("Confidence {sure:.2f}.", sure=interval.confidence))
     if isinstance(chain, Limb):
@@ -483,7 +493,7 @@ def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
     degrees = abs(float(np.degrees(interval.shown)))
     if degrees < _LEAST:
         return ""
-    angle = plain(degrees, 0 if degrees >= _FINE else 1)
+    angle = format_number(degrees, 0 if degrees >= _FINE else 1)
     if interval.soft_ended:
         angle = tr("up to {angle}", angle=angle)
     frames = plural("{n} frame", "{n} frames", interval.frames)
@@ -493,7 +503,7 @@ def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
             "should point.",
             limb=part_of_body(chain),
             frames=frames,
-            middle=middle_of(chain),
+            middle=middle_joint_word(chain),
             angle=angle,
         )
     if isinstance(chain, Helper):
@@ -552,22 +562,22 @@ def _counter_twist(judged: Judged, evidence: Mapping[str, Any], first_frame: int
         tr("At the end, θp jumps by {p}° and θc by {c}°."),
     )
     for words, edge in zip(jumps if begins else jumps[1:], edges, strict=False):
-        p, c = (signed(edge[f"residual_{signal}_deg"]) for signal in "xy")
+        p, c = (format_signed_number(edge[f"residual_{signal}_deg"]) for signal in "xy")
         yield words.format(p=p, c=c)
-    if soft := soft_onset(interval):
-        yield tr("The error {how}.", how=of_core(soft))
+    if soft := describe_soft_onset(interval):
+        yield tr("The error {how}.", how=translate_core_sentence(soft))
     if "transition" in evidence:
         p, c = (evidence[f"transition_{signal}_deg"] for signal in "xy")
         yield tr(
             "At frame {frame}, where the limb is straight, θp changes by {p}° and θc by {c}°.",
             frame=evidence["transition"] + first_frame,
-            p=signed(p),
-            c=signed(c),
+            p=format_signed_number(p),
+            c=format_signed_number(c),
         )
     if abs(interval.residual) > np.radians(0.005):
         yield tr(
             "An error of {angle}° remains after the interval.",
-            angle=signed(np.degrees(interval.residual), 2),
+            angle=format_signed_number(np.degrees(interval.residual), 2),
         )
 
 
@@ -579,7 +589,7 @@ def _helper_roll(evidence: Mapping[str, Any]) -> Iterator[str]:
     )
     for words, key in zip(jumps, ("opens_deg", "closes_deg"), strict=True):
         if evidence.get(key) is not None:
-            yield words.format(angle=signed(evidence[key]))
+            yield words.format(angle=format_signed_number(evidence[key]))
 
 
 def _lone_jump(
@@ -590,7 +600,7 @@ def _lone_jump(
         tr(
             "At frame {frame}, {joint} turns {turn}° about its own axis in a single frame.",
             joint=interval.joint,
-            turn=signed(np.degrees(interval.residual), 0),
+            turn=format_signed_number(np.degrees(interval.residual), 0),
             frame=interval.start + first_frame,
         )
     ]
@@ -622,7 +632,7 @@ def _noise_burst(interval: Interval, evidence: Mapping[str, Any]) -> str:
         "Every frame of the interval has about {size}° of noise at {joints}. No body moves like "
         "that.",
         joints=", ".join(evidence.get("joints", (interval.joint,))),
-        size=plain(np.degrees(interval.residual), 0),
+        size=format_number(np.degrees(interval.residual), 0),
     )
     offer = tr(
         "Press “{button}” to smooth these joints in these frames, or accept the detection to mark "
@@ -634,7 +644,7 @@ def _noise_burst(interval: Interval, evidence: Mapping[str, Any]) -> str:
 
 def _frozen(chain: Chain, evidence: Mapping[str, Any]) -> str:
     """Return sentences about a limb that does not move: the limb and the duration."""
-    limb = capitalised(of_core(evidence.get("part", chain.label)))
+    limb = capitalised(translate_core_sentence(evidence.get("part", chain.label)))
     if "seconds" not in evidence:
         still = tr("{limb} does not move at all.", limb=limb)
     else:
@@ -650,7 +660,9 @@ def _frozen(chain: Chain, evidence: Mapping[str, Any]) -> str:
 def _doubts(evidence: Mapping[str, Any], measures: Sequence[ProtectedMeasure] = ()) -> str:
     """Return the reasons for doubt about a correction, except doubts that `measures` describe."""
     listed = {m.doubt for m in measures if m.worse}
-    return ", ".join(of_core(d) for d in evidence.get("doubts", ()) if d not in listed)
+    return ", ".join(
+        translate_core_sentence(d) for d in evidence.get("doubts", ()) if d not in listed
+    )
 
 
 def _flip(limb: Limb, evidence: Mapping[str, Any], first_frame: int) -> Iterator[str]:
@@ -662,13 +674,13 @@ def _flip(limb: Limb, evidence: Mapping[str, Any], first_frame: int) -> Iterator
     jumps = last
     if before:
         jumps = tr("{first} and back {last}", first=", ".join(before), last=last)
-    yield tr("The {middle} jumps {jumps}.", middle=middle_of(limb), jumps=jumps)
+    yield tr("The {middle} jumps {jumps}.", middle=middle_joint_word(limb), jumps=jumps)
     yield _rare_side(evidence["side"])
 
 
 def _jump(edge: Mapping[str, Any], first_frame: int) -> str:
     """Return a phrase with the angle of a flip's edge and the frame or frames of the edge."""
-    jump, frame = signed(edge["jump_deg"], 0), edge["start"] + first_frame
+    jump, frame = format_signed_number(edge["jump_deg"], 0), edge["start"] + first_frame
     if (n := edge["stop"] - edge["start"]) == 1:
         return tr("by {jump}° at frame {frame}", jump=jump, frame=frame)
     return tr("by {jump}° within {n} frames from frame {frame}", jump=jump, n=n, frame=frame)
@@ -697,14 +709,14 @@ def _figures(judged: Judged, chain: Chain) -> str:
         return ""
     if isinstance(chain, Limb):
         return _flip_figures(judged, chain)
-    if not soft_onset(judged.interval) or judged.by_hand:
+    if not describe_soft_onset(judged.interval) or judged.by_hand:
         return ""
     gain = (judged.interval.evidence or {})["gain"]
     return tr(
         "The parent's twist was compared with a straight line between the ends of each "
         "span of frames,\nand with the parent's twist in the rest of the clip.\nLog odds "
         "of an error versus natural motion: {gain}.",
-        gain=plain(gain, 0),
+        gain=format_number(gain, 0),
     )
 
 
@@ -717,13 +729,13 @@ def _flip_figures(judged: Judged, limb: Limb) -> str:
             "In other frames, the {middle} jumps by {unsteady:.1f}° or less.\nLog odds of a "
             "flip, judging by the {middle}'s side in the rest of the clip: {side}.\nLog odds "
             "of a flip versus all other explanations: {odds}.",
-            middle=middle_of(limb),
+            middle=middle_joint_word(limb),
             unsteady=max(e["sigma_deg"] for e in edges),
-            side=plain(evidence["side"]),
-            odds=plain(evidence["odds"]),
+            side=format_number(evidence["side"]),
+            odds=format_number(evidence["odds"]),
         )
         lines.append(figures)
     if abs(interval.residual) > np.radians(0.005):
-        left = signed(np.degrees(interval.residual), 2)
+        left = format_signed_number(np.degrees(interval.residual), 2)
         lines.append(tr("An error of {angle}° remains after the interval.", angle=left))
     return "\n".join(lines)

@@ -9,7 +9,7 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QLabel, QWidget
 
 from inspector.language import tr, tr_as
-from inspector.panels.limb_words import end_as_heading, end_in_words
+from inspector.panels.limb_words import limb_end_heading, limb_end_in_sentence
 from inspector.widgets.building import hbox, tool_button
 
 _WORDS = {  # text and tool tip of each button, keyed by `carried`
@@ -48,10 +48,10 @@ class EndChoice(QWidget):
         `word` is 'hand', 'foot', 'end' or 'next joint'.
         """
         self._carried = carried
-        self.name.setText(end_as_heading(word))
+        self.name.setText(limb_end_heading(word))
         for each, button in self.choices.items():
-            button.setToolTip(_WORDS[each][1].format(end=end_in_words(word)))
-            button.setAccessibleName(f"{end_as_heading(word)} {_WORDS[each][0]}")
+            button.setToolTip(_WORDS[each][1].format(end=limb_end_in_sentence(word)))
+            button.setAccessibleName(f"{limb_end_heading(word)} {_WORDS[each][0]}")
         self.choices[carried].setChecked(True)
 
     @property

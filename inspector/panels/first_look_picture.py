@@ -56,7 +56,9 @@ class FirstLookPicture(QWidget):
         pen.setCapStyle(Qt.PenCapStyle.RoundCap)
         painter.setPen(pen)
         room = QRectF(self.rect()).adjusted(0.0, 0.0, 0.0, -_TEXT)
-        painter.drawLines([QLineF(*a, *b) for a, b in fitted(look.bones, room).tolist()])
+        painter.drawLines(
+            [QLineF(*a, *b) for a, b in fit_bones_to_rectangle(look.bones, room).tolist()]
+        )
         place = QRectF(0.0, room.bottom(), room.width(), _TEXT)
         painter.setPen(QColor(self._theme.text))
         top = Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignTop
@@ -71,7 +73,7 @@ def description(look: FirstLook) -> str:
     )  # fmt: skip
 
 
-def fitted(bones: Array, room: QRectF) -> Array:
+def fit_bones_to_rectangle(bones: Array, room: QRectF) -> Array:
     """Return the ends of bones in pixels, (bones, 2, 2), so that the figure is centred in a room.
 
     In `bones`, the second coordinate points up; in the result, it points down.

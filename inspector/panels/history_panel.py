@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QListWidget, QListWidgetItem, QWidget
 
-from inspector.language import of_core, tr
+from inspector.language import tr, translate_core_sentence
 from inspector.panels.rig_names import label_of
 from inspector.session.document import Document
 from inspector.widgets.building import vbox
@@ -57,7 +57,7 @@ class HistoryPanel(QWidget):
                 interval = judged.interval
                 frames = f"{interval.start + first}–{interval.stop + first}"
                 place = f" · {self._label(interval)} {frames}"
-            yield f"{of_core(name)}{place}"
+            yield f"{translate_core_sentence(name)}{place}"
 
     def _label(self, interval: Interval) -> str:
         try:

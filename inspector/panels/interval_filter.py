@@ -11,7 +11,7 @@ from PySide6.QtCore import QEvent, Qt, Signal
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QComboBox, QLineEdit, QWidget
 
-from inspector.language import announced, tr, tr_as
+from inspector.language import tr, tr_as, translate_declared_text
 from inspector.widgets.building import hbox
 from twistcore.detection import Kind
 from twistcore.review import Judged
@@ -24,7 +24,7 @@ FILTERS = {  # name of the filter, and its text in the list
     "Accepted": tr_as("intervals", "Accepted"),
     "Rejected": tr_as("intervals", "Rejected"),
     OF_CHAIN: tr("This chain"),
-    **{label: announced(label) for label in _OF_KIND},
+    **{label: translate_declared_text(label) for label in _OF_KIND},
 }
 _ANY = tr_as("filter", "Any confidence")
 _CONFIDENCES = (_ANY, "≥ 0.95", "≥ 0.50", "< 0.95", "< 0.50")

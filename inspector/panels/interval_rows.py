@@ -8,13 +8,17 @@ from typing import Any
 import numpy as np
 from PySide6.QtCore import QSortFilterProxyModel, Qt
 
-from inspector.language import of_core, tr, tr_as
+from inspector.language import tr, tr_as, translate_core_sentence
 from inspector.panels.interval_columns import COLUMNS, PLACE
-from inspector.panels.reject_reasons import shown_reason
+from inspector.panels.reject_reasons import translate_reject_reason
 from inspector.panels.rig_names import joints_of_error, label_of
 from inspector.session.document import Document
 from inspector.widgets.labels import capitalised
-from inspector.widgets.signed_numbers import angle_of, plain, signed
+from inspector.widgets.signed_numbers import (
+    format_number,
+    format_signed_number,
+    interval_angle_text,
+)
 from inspector.widgets.tables import SORT_ROLE, Index, RowModel, TableRow
 from inspector.widgets.theme import Colours
 from twistcore.review import Decision, Judged
@@ -149,9 +153,11 @@ class IntervalModel(RowModel[ListRow]):
         sure = -1.0 if interval.confidence is None else interval.confidence
         chain = document.find_chain(interval.chain)
         joints = joints_of_error(interval, chain, document.data.motion.skeleton)
-        end = end_text(judged)
+        end = limb_end_state_text(judged)
         label = label_of(interval, chain, listed=not isinstance(chain, Helper))
-        note = " · ".join(filter(None, (shown_reason(judged.reason), judged.note)))[:_NOTED]
+        note = " · ".join(filter(None, (translate_reject_reason(judged.reason), judged.note)))[
+            :_NOTED
+        ]
         # Text and sort value of each cell, keyed by column
         cells: dict[str, tuple[str, object]] = {
             "chain": (label, "" if interval.kind.info.whole_body else interval.chain),
@@ -160,10 +166,10 @@ class IntervalModel(RowModel[ListRow]):
             "stop": (str(interval.stop + first), interval.stop),
             "frames": (str(interval.frames), interval.frames),
             "time": (f"{seconds:.2f} s", interval.start),
-            "delta": (angle_of(interval.kind, interval.shown), abs(delta)),
+            "delta": (interval_angle_text(interval.kind, interval.shown), abs(delta)),
             "confidence": ("–" if interval.confidence is None else f"{sure:.2f}", sure),
             "end": (end, end),
-            "kind": (of_core(interval.kind), interval.kind.value),
+            "kind": (translate_core_sentence(interval.kind), interval.kind.value),
             "joints": (joints, joints),
             "note": (note, note),
         }
@@ -197,7 +203,9 @@ class IntervalModel(RowModel[ListRow]):
         if all(j.verdict == SEEN for j in group.members):
             decision = tr("✓ seen")
         start = min(j.interval.start for j in group.members)
-        name, short = (capitalised(of_core(text)) for text in (group.name, group.short))
+        name, short = (
+            capitalised(translate_core_sentence(text)) for text in (group.name, group.short)
+        )
         place = label_of(lead.interval, chain)
         label = (_UNFOLDED if group.unfolded else _FOLDED) + place
         about = f"{place} ({count}): {name}"
@@ -211,7 +219,7 @@ class IntervalModel(RowModel[ListRow]):
         lines = [
             f"{j.interval.start + first}–{j.interval.stop + first}  "
             f"{label_of(j.interval, document.find_chain(j.interval.chain), listed=True)}  "
-            f"{of_core(j.interval.kind)}"
+            f"{translate_core_sentence(j.interval.kind)}"
             for j in group.members[:_LISTED]
         ]
         return TableRow(
@@ -266,7 +274,7 @@ def verdict_text(judged: Judged) -> str:
     return tr("✓ seen") if judged.verdict == SEEN else MARKS[judged.decision]
 
 
-def end_text(judged: Judged) -> str:
+def limb_end_state_text(judged: Judged) -> str:
     """Return 'turned' if the error also rotated the next part of the body, or 'kept' if not.
 
     This part is the foot, hand or next joint. The result is '' if the kind of error has no such
@@ -279,15 +287,15 @@ def end_text(judged: Judged) -> str:
 
 def _tip(judged: Judged, shared: bool, chain: str, own: float | None) -> str:
     interval = judged.interval
-    kind, joint = of_core(interval.kind), interval.joint
+    kind, joint = translate_core_sentence(interval.kind), interval.joint
     parts = [tr("{chain}, {kind}, {n} frames", chain=chain, kind=kind, n=interval.frames)]
     if tip := interval.kind.info.tip:
-        size = f"{plain(np.degrees(interval.size))}°"
-        parts.append(of_core(tip.format(joint=joint, size=size)))
+        size = f"{format_number(np.degrees(interval.size))}°"
+        parts.append(translate_core_sentence(tip.format(joint=joint, size=size)))
     elif not interval.kind.known:
         parts.append(tr("found by a newer version of the program; not corrected"))
     elif abs(interval.residual) > 1e-9:
-        left = signed(np.degrees(interval.residual), 2)
+        left = format_signed_number(np.degrees(interval.residual), 2)
         parts.append(tr("an error of {angle}° remains after the interval", angle=left))
     if own != interval.confidence and own is not None and not judged.edited:
         line = tr(
@@ -298,7 +306,7 @@ def _tip(judged: Judged, shared: bool, chain: str, own: float | None) -> str:
     if shared:
         parts.append(tr("overlaps another interval of its chain; their offsets add up"))
     if judged.reason:
-        parts.append(tr("reason: {reason}", reason=shown_reason(judged.reason)))
+        parts.append(tr("reason: {reason}", reason=translate_reject_reason(judged.reason)))
     if judged.edited:
         parts.append(tr("edited by hand"))
     if judged.by_hand:

@@ -9,7 +9,7 @@ from PySide6.QtCore import QEvent, QItemSelectionModel, QModelIndex, QObject, Qt
 from PySide6.QtGui import QAction, QMouseEvent, QResizeEvent, QShortcutEvent
 from PySide6.QtWidgets import QStackedWidget, QWidget
 
-from inspector.language import of_core, plural, tr
+from inspector.language import plural, tr, translate_core_sentence
 from inspector.panels.interval_columns import COLUMNS, PLACE, IntervalColumns
 from inspector.panels.interval_filter import OF_CHAIN, FilterLine, IntervalFilter
 from inspector.panels.interval_groups import IntervalGroups
@@ -25,14 +25,14 @@ from inspector.panels.interval_rows import (
     IntervalModel,
     ListRow,
     SortedRows,
-    end_text,
+    limb_end_state_text,
 )
-from inspector.panels.reject_reasons import shown_reason
+from inspector.panels.reject_reasons import translate_reject_reason
 from inspector.panels.rig_names import joints_of_error, label_of
 from inspector.session.document import Document
 from inspector.session.examined import reason_unexamined, unexamined_sentences
 from inspector.session.settings import Settings
-from inspector.widgets.building import RIGHT, hbox, hint, soft, vbox
+from inspector.widgets.building import RIGHT, hbox, hint, use_secondary_text_colour, vbox
 from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.tables import RowTable, TwoLineDelegate
 from inspector.widgets.theme import Colours
@@ -87,7 +87,7 @@ class IntervalsPanel(QWidget):
         self.filter, self.search = self.filters.choice, self.filters.search
         self.filters.changed.connect(self._filter_changed)
         self.filters.left.connect(self.table.setFocus)
-        self.count = soft(SteadyLabel(alignment=RIGHT))
+        self.count = use_secondary_text_colour(SteadyLabel(alignment=RIGHT))
         self._hint = hint()
         self._stack = QStackedWidget()
         self._stack.addWidget(self._hint)
@@ -248,7 +248,7 @@ class IntervalsPanel(QWidget):
                 "delta": "−180.0°",
                 "confidence": "0.00",
                 "end": max(ENDS, key=advance),
-                "kind": max(map(of_core, kinds), key=advance),
+                "kind": max(map(translate_core_sentence, kinds), key=advance),
                 "joints": max(joints, key=advance),
             },
             self._with_text,
@@ -277,14 +277,22 @@ class IntervalsPanel(QWidget):
         """Return the searchable text of an interval, in the chosen language and in English."""
         label, joints = self._name(judged.interval)
         name = "" if judged.interval.kind.info.whole_body else judged.interval.chain
-        kind = of_core(judged.interval.kind)
+        kind = translate_core_sentence(judged.interval.kind)
         verdict, reason = judged.verdict, judged.reason
-        parts = label, name, joints, kind, verdict, of_core(verdict), judged.decision.value
+        parts = (
+            label,
+            name,
+            joints,
+            kind,
+            verdict,
+            translate_core_sentence(verdict),
+            judged.decision.value,
+        )
         words = (
-            of_core(judged.decision),
-            end_text(judged),
+            translate_core_sentence(judged.decision),
+            limb_end_state_text(judged),
             reason,
-            shown_reason(reason),
+            translate_reject_reason(reason),
             judged.note,
         )
         return " ".join((*parts, *words))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from inspector.language import of_core, tr, tr_as
+from inspector.language import tr, tr_as, translate_core_sentence
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
 
@@ -52,12 +52,12 @@ _PIECE = tr_as("the part that turns back", "next part of the bone")
 _JOINT = tr_as("the part that turns back", "next joint")
 
 
-def middle_of(limb: Limb) -> str:
+def middle_joint_word(limb: Limb) -> str:
     """Return the word for the limb's middle joint: 'knee', 'elbow' or 'middle joint'."""
     return _MIDDLES[limb.middle_word]
 
 
-def end_in_words(word: str) -> str:
+def limb_end_in_sentence(word: str) -> str:
     """Return the word for a limb's end within a sentence.
 
     `word` is 'hand', 'foot', 'end' or 'next joint'.
@@ -65,7 +65,7 @@ def end_in_words(word: str) -> str:
     return _ENDS[word]
 
 
-def end_as_heading(word: str) -> str:
+def limb_end_heading(word: str) -> str:
     """Return the word for a limb's end as a heading with a colon.
 
     `word` is 'hand', 'foot', 'end' or 'next joint'.
@@ -80,4 +80,4 @@ def next_part(chain: Chain) -> str:
 
 def part_of_body(chain: Chain) -> str:
     """Return the body part of a chain or limb as the beginning of a sentence."""
-    return _PARTS.get(chain.label) or of_core(chain.label)
+    return _PARTS.get(chain.label) or translate_core_sentence(chain.label)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from inspector.language import of_core, tr
-from inspector.panels.rig_names import joints_of, own_joints
+from inspector.language import tr, translate_core_sentence
+from inspector.panels.rig_names import chain_joint_names, joint_names_unlike_label
 from inspector.session.document import Document
-from inspector.widgets.labels import ElidedLine, SteadyLabel, as_tip
-from inspector.widgets.signed_numbers import signed
+from inspector.widgets.labels import ElidedLine, SteadyLabel, escape_tool_tip_text
+from inspector.widgets.signed_numbers import format_signed_number
 
 _LONGEST_JOINTS = 26  # maximum number of letters; the tool tip shows the rest
 
@@ -46,7 +46,7 @@ class FrameLine(ElidedLine):
                 "interval {start} to {stop}, {decision}",
                 start=judged.interval.start + first,
                 stop=judged.interval.stop + first,
-                decision=of_core(judged.decision.value),
+                decision=translate_core_sentence(judged.decision.value),
             )
             text += f"   {selected}"
         self.set_text(text)
@@ -76,14 +76,14 @@ class PositionLine(SteadyLabel):
         size = data.signals[chain].strength if limb is None else np.abs(limb.departures)
         names = ("θp", "m") if limb is None else ("φ", "Δφ")
         angles = data.angle(chain)[frame], document.offset(chain)[frame]
-        angle, off = (f"{signed(np.degrees(a)):>7}°" for a in angles)
+        angle, off = (f"{format_signed_number(np.degrees(a)):>7}°" for a in angles)
         found, skeleton = document.find_chain(chain), data.motion.skeleton
-        own = own_joints(found, skeleton)
+        own = joint_names_unlike_label(found, skeleton)
         if len(own) > _LONGEST_JOINTS:
             own = f"{own[: _LONGEST_JOINTS - 1]}…"
-        label = of_core(found.label)
+        label = translate_core_sentence(found.label)
         label = f"{label} ({own})" if own else label
-        self.setToolTip(as_tip(joints_of(found, skeleton)))
+        self.setToolTip(escape_tool_tip_text(chain_joint_names(found, skeleton)))
         strength = f"{np.degrees(size[frame]):6.2f}°"
         taken = tr("offset {angle}", angle=off)
         self.setText(f"{label}   {names[0]} {angle}   {names[1]} {strength}   {taken}")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from inspector.language import of_core, tr
-from inspector.widgets.signed_numbers import plain
+from inspector.language import tr, translate_core_sentence
+from inspector.widgets.signed_numbers import format_number
 from twistcore.analysis.correction.protected_measures import (
     ENDS,
     HINGE,
@@ -24,13 +24,13 @@ _NAMES: Mapping[str, tuple[str, str]] = {  # name and unit of each protected mea
 }
 
 
-def worse_line(measures: Sequence[ProtectedMeasure]) -> str:
+def worsened_measures_sentence(measures: Sequence[ProtectedMeasure]) -> str:
     """Return a sentence about the measures that the correction makes worse, or ''."""
-    worse = [of_core(m.doubt) for m in measures if m.worse]
+    worse = [translate_core_sentence(m.doubt) for m in measures if m.worse]
     return tr("Side effects of the correction: {what}.", what=", ".join(worse)) if worse else ""
 
 
-def table_of(measures: Sequence[ProtectedMeasure]) -> str:
+def protected_measures_table(measures: Sequence[ProtectedMeasure]) -> str:
     """Return a table with one line per measure: its value before and after the correction."""
     return "\n".join(map(_line, measures))
 
@@ -42,8 +42,8 @@ def _line(measure: ProtectedMeasure) -> str:
         "{joint}, {name}: {before} → {after}{unit}",
         joint=measure.joint,
         name=name,
-        before=plain(measure.before, digits),
-        after=plain(measure.after, digits),
+        before=format_number(measure.before, digits),
+        after=format_number(measure.after, digits),
         unit=unit,
     )
     return tr("{line} (worse)", line=line) if measure.worse else line

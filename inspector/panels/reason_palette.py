@@ -9,8 +9,12 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QDialog, QFrame, QLabel, QLineEdit, QWidget
 
 from inspector.language import tr
-from inspector.panels.reject_reasons import REASONS, shown_reason, stored_reason
-from inspector.widgets.building import soft, vbox
+from inspector.panels.reject_reasons import (
+    REASONS,
+    reject_reason_in_english,
+    translate_reject_reason,
+)
+from inspector.widgets.building import use_secondary_text_colour, vbox
 from inspector.widgets.keyed_list import KeyedList
 
 _MOST = 9
@@ -35,8 +39,8 @@ class ReasonPalette(QDialog):
         self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._reasons = list(dict.fromkeys((*REASONS, *reasons)))[:_MOST]
         for k, reason in enumerate(self._reasons, 1):
-            self.list.add(shown_reason(reason), str(k))
-        self.title = soft(QLabel(title))
+            self.list.add(translate_reject_reason(reason), str(k))
+        self.title = use_secondary_text_colour(QLabel(title))
         frame = QFrame()
         frame.setObjectName("bar")
         vbox(self.title, self.line, self.list, owner=frame, margins=(10, 8, 10, 10))
@@ -55,7 +59,7 @@ class ReasonPalette(QDialog):
 
     def _take_line(self) -> None:
         if text := self.line.text().strip():
-            self._end(stored_reason(text))
+            self._end(reject_reason_in_english(text))
         else:
             self._take(self.list.currentRow())
 

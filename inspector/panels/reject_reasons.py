@@ -15,11 +15,11 @@ _IN_FILES = {shown: kept for kept, shown in _REASONS.items()}
 REASONS = tuple(_REASONS)
 
 
-def shown_reason(reason: str) -> str:
+def translate_reject_reason(reason: str) -> str:
     """Return a reason in the user's language. A reason that the user typed is not translated."""
     return _REASONS.get(reason, reason)
 
 
-def stored_reason(shown: str) -> str:
+def reject_reason_in_english(shown: str) -> str:
     """Return the English text of a selected reason, for files. A typed reason is unchanged."""
     return _IN_FILES.get(shown, shown)

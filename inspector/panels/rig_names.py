@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 
-from inspector.language import of_core
+from inspector.language import translate_core_sentence
 from twistcore.detection import Interval
 from twistcore.detection.error_label import error_label
-from twistcore.files.encoding import legible
+from twistcore.files.encoding import escape_control_characters
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton
@@ -18,25 +18,25 @@ def label_of(interval: Interval, chain: Chain, *, listed: bool = False) -> str:
 
     `chain` is the chain in which it was found. `listed` is True for a list of chains and limbs.
     """
-    return of_core(error_label(interval, chain, listed=listed))
+    return translate_core_sentence(error_label(interval, chain, listed=listed))
 
 
 def joints_of_error(interval: Interval, chain: Chain, skeleton: Skeleton) -> str:
     """Return the names of the joints of an error's chain, or '' for an error of the whole body."""
-    return "" if interval.kind.info.whole_body else joints_of(chain, skeleton)
+    return "" if interval.kind.info.whole_body else chain_joint_names(chain, skeleton)
 
 
-def joints_of(chain: Chain, skeleton: Skeleton) -> str:
+def chain_joint_names(chain: Chain, skeleton: Skeleton) -> str:
     """Return the names of a chain's joints as in the file: parent → child (→ end for a limb)."""
     joints = (chain.parent, chain.child, *((chain.end,) if isinstance(chain, Limb) else ()))
-    return " → ".join(legible(skeleton.names[j]) for j in joints)
+    return " → ".join(escape_control_characters(skeleton.names[j]) for j in joints)
 
 
-def own_joints(chain: Chain, skeleton: Skeleton) -> str:
+def joint_names_unlike_label(chain: Chain, skeleton: Skeleton) -> str:
     """Return the names of a chain's joints as in the file, or '' if they match its label."""
     ours = _letters(chain.side + chain.segment) if chain.segment else _letters(chain.name)
     same = _letters(skeleton.names[chain.parent]).endswith(ours)
-    return "" if same or not chain.segment else joints_of(chain, skeleton)
+    return "" if same or not chain.segment else chain_joint_names(chain, skeleton)
 
 
 def _letters(name: str) -> str:

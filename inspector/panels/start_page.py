@@ -20,9 +20,9 @@ from PySide6.QtWidgets import (
 
 from inspector.language import tr
 from inspector.panels.first_look_picture import FirstLookPicture
-from inspector.widgets.building import hbox, hint, soft, vbox
+from inspector.widgets.building import hbox, hint, use_secondary_text_colour, vbox
 from inspector.widgets.icons import SIDE, icon
-from inspector.widgets.labels import as_entry, as_tip
+from inspector.widgets.labels import escape_menu_text, escape_tool_tip_text
 from inspector.widgets.theme import Colours, Theme
 
 _RECENT, _FOLDERS = 5, 2  # maximum number of listed clips and folders
@@ -73,7 +73,9 @@ class StartPage(QScrollArea):
             for names in (_FIRST, _OWN)
         ]
         first, own = (hbox(None, row, None) for row in self._rows)
-        self._heading = soft(QLabel(tr("Recent"), alignment=Qt.AlignmentFlag.AlignHCenter))
+        self._heading = use_secondary_text_colour(
+            QLabel(tr("Recent"), alignment=Qt.AlignmentFlag.AlignHCenter)
+        )
         self._recent = QVBoxLayout()
         self._recent.setSpacing(0)
         drop = hint(tr("or drop a clip, a session or a folder here."))
@@ -113,7 +115,7 @@ class StartPage(QScrollArea):
             if path in folders:
                 button.setObjectName("recent_folder")
                 button.setIcon(self._folder_icon)
-            button.setToolTip(as_tip(str(path)))
+            button.setToolTip(escape_tool_tip_text(str(path)))
             button.clicked.connect(partial(self._open, path))
             self._recent.addWidget(button, 0, Qt.AlignmentFlag.AlignHCenter)
         self._heading.setVisible(bool(clips or folders))
@@ -156,4 +158,4 @@ def _short_path(path: Path) -> str:
     if len(parts) > _PARTS:
         parts = (*parts[:2], "…", *parts[-2:])
     name = path.name if len(path.name) <= _LONGEST else f"{path.name[:_LONGEST]}…"
-    return as_entry(f"{name}   ({Path(*parts)})")
+    return escape_menu_text(f"{name}   ({Path(*parts)})")

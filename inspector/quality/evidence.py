@@ -7,14 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from PySide6.QtCore import QObject, Signal
 
-from inspector.language import of_core, tr
+from inspector.language import tr, translate_core_sentence
 from inspector.session.document import Document
 from inspector.session.opening import Analysed
 from inspector.widgets.background import OneTask
 from twistcore.analysis.quality.figure import FigureQuality, quality_before_and_after
 from twistcore.analysis.quality.joint import SLIDE_SPEED, JointQuality, joint_quality
-from twistcore.detection.cuts import leading_frames
-from twistcore.quamo.track_clip import placed_joint
+from twistcore.detection.cuts import count_leading_rest_frames
+from twistcore.quamo.track_clip import find_figure_position_joint
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.figure import guess_up
 from twistcore.skeleton.rotation import Array
@@ -93,7 +93,7 @@ MEASURES = (
 )
 
 
-def column_of(q: JointQuality, measure: int) -> Array:
+def quality_measure_by_joint(q: JointQuality, measure: int) -> Array:
     """Return a quality measure for each joint, (joints,). Undefined values are NaN.
 
     `measure` is an index of MEASURES.
@@ -101,7 +101,7 @@ def column_of(q: JointQuality, measure: int) -> Array:
     return (q.usual_jitter, q.jumps.astype(np.float64), q.top_speed, q.slides)[measure]
 
 
-def curve_of(q: JointQuality, measure: int, joint: int) -> Array:
+def quality_measure_by_frame(q: JointQuality, measure: int, joint: int) -> Array:
     """Return a quality measure of one joint for each frame, (frames,). Undefined values are NaN.
 
     `measure` is an index of MEASURES, and `joint` the index of the joint.
@@ -125,8 +125,11 @@ class FigureEvidence:
     placed: int | None
 
     def curve(self, measure: int, joint: int) -> Array:
-        """Return a quality measure of one joint for each frame, (frames,); see :func:`curve_of`."""
-        return curve_of(self.joints, measure, joint)
+        """Return a quality measure of one joint for each frame, (frames,).
+
+        See :func:`quality_measure_by_frame`.
+        """
+        return quality_measure_by_frame(self.joints, measure, joint)
 
 
 class QualityEvidence(QObject):
@@ -175,7 +178,7 @@ class QualityEvidence(QObject):
         self.changed.emit()
 
     def _fail(self, error: Exception) -> None:
-        why = of_core(error)
+        why = translate_core_sentence(error)
         message = tr("The quality of the clip could not be computed: {why}", why=why)
         self._document.message.emit(message, True)
 
@@ -189,6 +192,8 @@ def up_axis(data: Analysed) -> int:
 def _work(data: Analysed) -> FigureEvidence:
     joints = joint_quality(data.clip, data.positions, up_axis(data))
     # A T-pose in the first frames was not captured, so the jump after it is not jitter.
-    capture = data.motion.sliced(leading_frames(data.motion), data.motion.frames)
+    capture = data.motion.sliced(count_leading_rest_frames(data.motion), data.motion.frames)
     both = quality_before_and_after(capture, capture)
-    return FigureEvidence(joints, both[0] if both else None, placed_joint(data.motion))
+    return FigureEvidence(
+        joints, both[0] if both else None, find_figure_position_joint(data.motion)
+    )

@@ -9,7 +9,7 @@ import numpy as np
 from PySide6.QtCore import Qt
 
 from inspector.language import tr
-from inspector.quality.evidence import MEASURES, QualityEvidence, column_of
+from inspector.quality.evidence import MEASURES, QualityEvidence, quality_measure_by_joint
 from inspector.session.document import Document
 from inspector.widgets.tables import RowModel, TableRow
 from inspector.widgets.theme import Colours
@@ -90,7 +90,7 @@ class JointsModel(RowModel[_Joint]):
         if known is None:
             self.show(())
             return
-        columns = [column_of(known.joints, k) for k in range(len(MEASURES))]
+        columns = [quality_measure_by_joint(known.joints, k) for k in range(len(MEASURES))]
         joints = [
             _Joint(
                 j,
@@ -120,7 +120,7 @@ class JointsModel(RowModel[_Joint]):
         changed = (joints, place) != (self._tracked, self._place_tracked) or after is not self.after
         if changed:
             self._tracked, self._place_tracked, self.after = joints, place, after
-            self._after = None if after is None else column_of(after, 0)
+            self._after = None if after is None else quality_measure_by_joint(after, 0)
             self.reset()
 
     def _jitter_after(self, joint: int, name: str) -> float | None:

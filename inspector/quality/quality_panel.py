@@ -10,13 +10,13 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QHeaderView, QSplitter, QStackedLayout, QTabWidget, QWidget
 
 from inspector.language import plural, tr
-from inspector.quality.evidence import MEASURES, QualityEvidence, curve_of
+from inspector.quality.evidence import MEASURES, QualityEvidence, quality_measure_by_frame
 from inspector.quality.joint_table import JointsModel
 from inspector.quality.track_page import TrackPage
 from inspector.quality.tracked_clip import Tracked
 from inspector.session.document import Document
 from inspector.widgets.building import hint, vbox
-from inspector.widgets.labels import Caption, bold, inked, plain_text
+from inspector.widgets.labels import Caption, bold, coloured_rich_text, plain_text
 from inspector.widgets.later import RedrawRequests
 from inspector.widgets.tables import RowTable
 from inspector.widgets.theme import Colours
@@ -274,7 +274,7 @@ class QualityPanel(QWidget):
             text = tr(
                 "Figure, corrected {tracked}: jitter {was:.2f} → {now:.2f} mm/frame³ at 25 Hz, "
                 "foot slide {slid:.1f} → {slides:.1f} %, deviation {deviation:.1f} mm",
-                tracked=inked(tr("→ tracked"), self._colours.theme.tracked),
+                tracked=coloured_rich_text(tr("→ tracked"), self._colours.theme.tracked),
                 was=before.jitter,
                 now=after.jitter,
                 slid=before.foot_slide,
@@ -301,7 +301,7 @@ class QualityPanel(QWidget):
         line = Trace(np.arange(frames, dtype=float), y, "before", dots=measure.seldom)
         lines = [line]
         if self.model.after is not None and self.measure != _WRITTEN:
-            after = curve_of(self.model.after, self.measure, joint)
+            after = quality_measure_by_frame(self.model.after, self.measure, joint)
             lines.append(Trace(line.x, after, "tracked", dots=measure.seldom))
         self.plot.show_lines(lines)
         self.plot.show_level(measure.level)

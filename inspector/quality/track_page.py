@@ -21,17 +21,40 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from inspector.language import of_core, plural, tr, tr_as
+from inspector.language import plural, tr, tr_as, translate_core_sentence
 from inspector.quality.tracked_clip import Tracked
 from inspector.session.document import Document
-from inspector.widgets.building import Wrapping, action_button, hbox, soft, tool_button, vbox
-from inspector.widgets.labels import Caption, as_tip, bold, inked, plain_text
+from inspector.widgets.building import (
+    Wrapping,
+    action_button,
+    hbox,
+    tool_button,
+    use_secondary_text_colour,
+    vbox,
+)
+from inspector.widgets.labels import (
+    Caption,
+    bold,
+    coloured_rich_text,
+    escape_tool_tip_text,
+    plain_text,
+)
 from inspector.widgets.theme import Colours, Theme
 from inspector.widgets.traces import Trace, TracePlot
-from twistcore.export.tracking import DEMONSTRATION, WARNING, Traces, knows_learned, weights_mark
+from twistcore.export.tracking import (
+    DEMONSTRATION,
+    WARNING,
+    Traces,
+    network_weights_identifier,
+    supports_learned_tracking,
+)
 from twistcore.quamo import Gains
-from twistcore.quamo.response import overshoots, response_words, steady_lags
-from twistcore.quamo.spline import usual_cutoff
+from twistcore.quamo.response import (
+    describe_lag_and_overshoot,
+    steady_tracking_lags,
+    tracking_overshoots,
+)
+from twistcore.quamo.spline import default_spline_cutoff
 from twistcore.review import Tracking
 from twistcore.skeleton.motion import Skeleton
 
@@ -100,7 +123,7 @@ class TrackPage(QWidget):
             for button in several:
                 group.addButton(button)
         self.spline.setChecked(True)
-        self.advice = soft(QLabel(_ADVICE, wordWrap=True))
+        self.advice = use_secondary_text_colour(QLabel(_ADVICE, wordWrap=True))
         self.cutoff = QDoubleSpinBox(minimum=0.1, maximum=_HIGHEST, prefix=tr("cut-off "))
         self.cutoff.setSuffix(" Hz")
         self.cutoff.setToolTip(tr("Motion at this frequency keeps half of its amplitude"))
@@ -132,7 +155,7 @@ class TrackPage(QWidget):
             side = QWidget()
             hbox(*inside, owner=side, margins=(0, 0, 0, 0), spacing=4)
             self.buttons.addWidget(side)
-        self.joints = soft(QLabel())
+        self.joints = use_secondary_text_colour(QLabel())
         self.joints.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.buttons.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self.all = tool_button(
@@ -177,7 +200,8 @@ class TrackPage(QWidget):
 
     def _colour(self, theme: Theme) -> None:
         self.warning.set_text(
-            f"{inked(f'⚠ {of_core(WARNING)}', theme.warning)} {of_core(DEMONSTRATION)}"
+            f"{coloured_rich_text(f'⚠ {translate_core_sentence(WARNING)}', theme.warning)} "
+            f"{translate_core_sentence(DEMONSTRATION)}"
         )
 
     def tracking(self, chosen: Sequence[str], place: str) -> Tracking:
@@ -192,7 +216,7 @@ class TrackPage(QWidget):
             return Tracking(joints, causal=False, place=place_too, spline=True, cutoff=cutoff)
         plain = Tracking(joints, causal=self.causal.isChecked(), place=len(joints) < len(chosen))
         if self.learned.isChecked():
-            return replace(plain, learned=True, weights=weights_mark())
+            return replace(plain, learned=True, weights=network_weights_identifier())
         kp, kd, ka = (self.boxes[name].value() for _, name, _, _ in _GAINS)
         return replace(plain, kp=kp, kd=kd, ka=ka)
 
@@ -208,7 +232,7 @@ class TrackPage(QWidget):
     def take_clip(self) -> None:
         """Show the tracking settings from the review of the new clip."""
         data = self._document.data
-        self.learned.setEnabled(data is not None and knows_learned(data.motion))
+        self.learned.setEnabled(data is not None and supports_learned_tracking(data.motion))
         self._reviewed_last = self._document.review.state.tracking if data else None
         self._requested = None
         # The value belongs to the previous clip, unless the user has changed it
@@ -219,7 +243,7 @@ class TrackPage(QWidget):
         self.spline.setChecked(True)
         self.hand.setChecked(True)
         if data is not None:
-            self.cutoff.setValue(usual_cutoff(data.motion.frame_time))
+            self.cutoff.setValue(default_spline_cutoff(data.motion.frame_time))
         self._show_usual_of_clip()
         self._enable()
         if self._reviewed_last is not None:
@@ -258,7 +282,7 @@ class TrackPage(QWidget):
         self.causal.setToolTip(
             tr(
                 "Track frame by frame, without looking ahead. With the default gains, {response}",
-                response=of_core(_causal_words(dt)),
+                response=translate_core_sentence(_causal_words(dt)),
             )
         )
 
@@ -318,7 +342,7 @@ class TrackPage(QWidget):
         )
         text = listed if chosen else tr("Select joints in the table on the Joints page")
         self.joints.setText(text)
-        self.joints.setToolTip(as_tip(text))
+        self.joints.setToolTip(escape_tool_tip_text(text))
         self.all.setEnabled(len(chosen) < len(rows))
         self.done.setVisible(result is not None)
         if result is not None:
@@ -329,7 +353,7 @@ class TrackPage(QWidget):
                 self.done.set_plain(
                     tr(
                         "Smoothed: {bursts} (cut-off {cutoff:.1f} Hz); other frames unchanged",
-                        bursts=of_core(tracking.what),
+                        bursts=translate_core_sentence(tracking.what),
                         cutoff=tracking.cutoff,
                     )
                 )
@@ -425,7 +449,7 @@ class TrackPage(QWidget):
             plot.setAccessibleDescription(plain_text(words.text()))
 
     def _key(self, role: str, text: str) -> str:
-        return inked(f"━ {text}", getattr(self._colours.theme, role))
+        return coloured_rich_text(f"━ {text}", getattr(self._colours.theme, role))
 
 
 @lru_cache
@@ -435,7 +459,9 @@ def _causal_words(dt: float) -> str:
     `dt` is the frame time in seconds. Results are cached.
     """
     usual = Gains.by_hand(dt)
-    return response_words(tr("a joint"), steady_lags(usual, dt)[0], overshoots(usual, dt)[0])
+    return describe_lag_and_overshoot(
+        tr("a joint"), steady_tracking_lags(usual, dt)[0], tracking_overshoots(usual, dt)[0]
+    )
 
 
 def _moved_by(skeleton: Skeleton, name: str) -> int:

@@ -7,7 +7,7 @@ from functools import partial
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from inspector.language import of_core, tr
+from inspector.language import tr, translate_core_sentence
 from inspector.quality.evidence import up_axis
 from inspector.session.document import Document
 from inspector.session.opening import Analysed
@@ -16,7 +16,7 @@ from twistcore.analysis.correction.twist_removal import refine
 from twistcore.analysis.quality.figure import FigureQuality, quality_before_and_after
 from twistcore.analysis.quality.joint import JointQuality, joint_accelerations, joint_quality
 from twistcore.detection import Interval
-from twistcore.detection.cuts import leading_frames
+from twistcore.detection.cuts import count_leading_rest_frames
 from twistcore.export.tracking import Traces, traced_motion
 from twistcore.review import Track, Tracking
 from twistcore.skeleton.motion import Motion, forward_kinematics
@@ -190,7 +190,7 @@ class Tracked(QObject):
 
     def _fail(self, error: Exception) -> None:
         self._under_way = self.asked = None
-        why = of_core(error)
+        why = translate_core_sentence(error)
         message = tr("The joints could not be tracked: {why}.", why=why)
         self._document.message.emit(message, True)
         self.changed.emit()
@@ -204,7 +204,7 @@ def _work(data: Analysed, wanted: _Request, tell: Tell) -> Result:
     joints = joint_quality(data.clip, positions, up_axis(data), found)
     before = joint_accelerations(refined, forward_kinematics(refined)[1])
     accelerations = before, joint_accelerations(refined, positions)
-    first = leading_frames(refined)
+    first = count_leading_rest_frames(refined)
     given, made = (m.sliced(first, m.frames) for m in (refined, found))
     quality = quality_before_and_after(given, made)
     return Result(wanted, found, rotations, positions, traces, accelerations, joints, quality)

@@ -101,7 +101,7 @@ class Shot:
     value: float | None = None
 
 
-def shots(choice: RecordChoice, clip_fps: float, frame: int) -> list[Shot]:
+def film_shots(choice: RecordChoice, clip_fps: float, frame: int) -> list[Shot]:
     """Return the images of a film in order. `frame` is the frame at the playhead."""
     if choice.sweep is not None:
         return [Shot(frame, value) for value in choice.sweep.values(choice.fps)]

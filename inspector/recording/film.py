@@ -12,11 +12,11 @@ from pathlib import Path
 
 from inspector.language import tr
 from twistcore.files.atomic import (
-    destination,
     is_stream,
     move_into_place,
     open_temporary,
-    part_name,
+    resolve_write_path,
+    temporary_file_path,
 )
 
 _WAITING = 4  # maximum number of frames that wait for ffmpeg
@@ -51,10 +51,10 @@ class FilmWriter:
                 errno.EINVAL, tr("a video can only be written to a regular file"), str(path)
             )
         self.path = path
-        self._end = destination(path)
+        self._end = resolve_write_path(path)
         # Keep the file open while ffmpeg writes to it: an unfinished file that no program has open
         # may be deleted as a leftover.
-        self._handle, self._part = open_temporary(part_name(self._end, path.suffix))
+        self._handle, self._part = open_temporary(temporary_file_path(self._end, path.suffix))
         self._frames: queue.Queue[bytes | None] = queue.Queue(_WAITING)
         self.trouble = ""
         self._taken_end = False

@@ -8,20 +8,20 @@ from pathlib import Path
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QWidget
 
-from inspector.language import of_core, tr
+from inspector.language import tr, translate_core_sentence
 from inspector.recording.choice import RecordChoice
 from inspector.recording.record_dialog import LAST_FORMAT, RecordDialog
 from inspector.recording.recorder import Recorder, save_picture
 from inspector.recording.stage import Shown, Stage
 from inspector.session.document import Document
 from inspector.session.settings import Settings
-from inspector.teaching.equation_table import typeset_texts
+from inspector.teaching.equation_table import teaching_tab_formulas
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.message_bar import MessageBar
 from inspector.widgets.typeset import Typesetter
-from twistcore.files.ordinary import is_there
+from twistcore.files.ordinary import path_exists
 
 
 @dataclass(eq=False)
@@ -65,7 +65,7 @@ class RecordActions:
 
     def record(self, choice: RecordChoice) -> None:
         """Make a film in the background, or save a picture immediately."""
-        if is_there(choice.path) and not choice.replace:
+        if path_exists(choice.path) and not choice.replace:
             message = tr(
                 "{path} already exists. Choose another name, or tick 'Replace the existing file'.",
                 path=choice.path,
@@ -78,7 +78,9 @@ class RecordActions:
             )
             return
         taught = choice.contents.equations or choice.sweep is not None or self.taught.active
-        typeset = self.typesetter.has(typeset_texts())  # a lesson typesets only its own equations
+        typeset = self.typesetter.has(
+            teaching_tab_formulas()
+        )  # a lesson typesets only its own equations
         if taught and not typeset and not self.typesetter.trouble:
             self._typeset_first(choice)
             return
@@ -91,7 +93,7 @@ class RecordActions:
             save_picture(stage, choice, self.document.frame)
             self._recorded(choice.path)
         except OSError as error:
-            why = of_core(error.strerror)
+            why = translate_core_sentence(error.strerror)
             message = tr("{path} could not be written: {why}.", path=choice.path, why=why)
             self.bar.show_message(message, True)
         finally:
@@ -102,7 +104,7 @@ class RecordActions:
         self.bar.show_message(tr("The equations are being typeset …"), False)
         ready = self.typesetter.ready
         ready.connect(lambda: self.record(choice), Qt.ConnectionType.SingleShotConnection)
-        self.typesetter.start(typeset_texts())
+        self.typesetter.start(teaching_tab_formulas())
 
     def _recorded(self, path: Path) -> None:
         self.bar.show_message(tr("{name} was written.", name=path.name), False)

@@ -8,7 +8,7 @@ from pathlib import Path
 from PySide6.QtWidgets import QCheckBox, QComboBox, QLabel, QWidget
 
 from inspector.language import tr, tr_as
-from inspector.recording.choice import Contents, Paper, RecordChoice, shots
+from inspector.recording.choice import Contents, Paper, RecordChoice, film_shots
 from inspector.recording.film import SUFFIXES
 from inspector.recording.picture_rows import PictureRows
 from inspector.recording.sweep_rows import SweepRows
@@ -16,9 +16,9 @@ from inspector.session.document import Document
 from inspector.session.settings import FeatureSetting
 from inspector.session.settings_checks import any_of
 from inspector.viewport.frame_drawing import selected_chain
-from inspector.widgets.building import hbox, soft
+from inspector.widgets.building import hbox, use_secondary_text_colour
 from inspector.widgets.write_dialog import WriteDialog
-from twistcore.files.ordinary import is_there
+from twistcore.files.ordinary import path_exists
 from twistcore.skeleton.limb import Limb
 
 _FORMATS = {
@@ -78,7 +78,7 @@ class RecordDialog(WriteDialog):
         self.equations.setChecked(taught and teaching)
         self.equations.setEnabled(taught)
         self.equations.setToolTip("" if taught else _NEEDS_CHAIN)
-        self.length = soft(QLabel())
+        self.length = use_secondary_text_colour(QLabel())
         self.form.addRow(tr("Format"), self.format)
         self.form.addRow(tr("Write to"), self.where)
         self.form.addRow("", self.replace)
@@ -163,7 +163,7 @@ class RecordDialog(WriteDialog):
             (self.range, film),
             (self.speed, film and not sweep),
             (self.size_box, film),
-            (self.replace, is_there(choice.path)),
+            (self.replace, path_exists(choice.path)),
         ):
             self.form.setRowVisible(row, shown)
         self.sweep.show(sweep)
@@ -180,7 +180,7 @@ class RecordDialog(WriteDialog):
         if not choice.film:
             frame, size = document.frame + document.first_frame, self.picture.words()
             return tr("Frame {frame}: {size}.", frame=frame, size=size)
-        count = len(shots(choice, document.data.motion.fps, document.frame))
+        count = len(film_shots(choice, document.data.motion.fps, document.frame))
         return tr(
             "{n} images, {seconds:.1f} s. The camera does not move.",
             n=count,

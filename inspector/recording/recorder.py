@@ -7,8 +7,8 @@ from PySide6.QtCore import QObject, QTimer, Signal
 from PySide6.QtGui import QImage
 from PySide6.QtWidgets import QLabel, QProgressBar, QPushButton, QWidget
 
-from inspector.language import of_core, tr
-from inspector.recording.choice import RecordChoice, Shot, shots
+from inspector.language import tr, translate_core_sentence
+from inspector.recording.choice import RecordChoice, Shot, film_shots
 from inspector.recording.figure_file import figure_file
 from inspector.recording.film import FilmWriter
 from inspector.recording.stage import Stage
@@ -52,14 +52,14 @@ class Recorder(QObject):
         assert stage.document.data is not None
         self._stage = stage
         fps = stage.document.data.motion.fps
-        self._shots = shots(choice, fps, stage.document.frame)
+        self._shots = film_shots(choice, fps, stage.document.frame)
         self._at = 0
         size = (stage.width(), stage.height())
         try:
             self._writer = FilmWriter(choice.path, size, choice.fps)
         except OSError as error:
             self._end()
-            why = of_core(error.strerror)
+            why = translate_core_sentence(error.strerror)
             self.failed.emit(tr("{path} could not be written: {why}.", path=choice.path, why=why))
             return
         self.progress.emit(0, len(self._shots))
@@ -104,7 +104,7 @@ class Recorder(QObject):
             writer.keep()
         except OSError as error:
             self._end()
-            why = of_core(error)
+            why = translate_core_sentence(error)
             self.failed.emit(tr("{path} could not be written: {why}.", path=writer.path, why=why))
         else:
             self._end()

@@ -10,13 +10,13 @@ import numpy as np
 from inspector.viewport.bodies import find_bones
 from inspector.viewport.bone_colours import GHOST_ALPHA
 from inspector.viewport.camera import OrbitCamera
-from inspector.viewport.ground import Ground, lowest
-from inspector.viewport.limb_side import limb_side
+from inspector.viewport.ground import Ground, ground_at_lowest_joint
+from inspector.viewport.limb_side import best_limb_error_view
 from inspector.viewport.web_figure import (
     FIGURE_SCRIPTS,
-    emphasised,
+    emphasised_bone_indices,
     figure_data,
-    page_part,
+    read_page_asset,
     skin_data,
     theme_data,
     three_js,
@@ -49,7 +49,7 @@ class FigureToDraw:
         self.bones = find_bones(motion, self._up, self.height)
         self._people = {p.name: p.joints for p in find_people(motion.skeleton)}
         roots = [joints[0] for joints in self._people.values()]
-        self.ground = lowest(positions, self._up, self.height, roots)
+        self.ground = ground_at_lowest_joint(positions, self._up, self.height, roots)
 
     def poses(self, pair: BeforeAfter) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
         """Return the poses before and after the correction, given a pair of frames.
@@ -72,7 +72,7 @@ class FigureToDraw:
         own = tuple(c for c in self.chains if c.person == chain.person)
         facing, body = heading(after[1], own, self._up), self._people.get(chain.person, ())
         above = int(skeleton.parents[chain.parent])
-        side = limb_side(
+        side = best_limb_error_view(
             chain, self.bones, before, after, facing, self._up,
             skeleton=skeleton, height=self.height, above=above, body=body,
         )  # fmt: skip
@@ -97,7 +97,7 @@ class FigureToDraw:
             "figure": data,
             "themes": {"light": theme_data(LIGHT), "dark": theme_data(DARK)},
             "ghost": GHOST_ALPHA,
-            "scripts": [library, *map(page_part, FIGURE_SCRIPTS)],
+            "scripts": [library, *map(read_page_asset, FIGURE_SCRIPTS)],
             "views": [self._view(pair) for pair in self.figure.views],
         }
 
@@ -112,7 +112,7 @@ class FigureToDraw:
             "ahead": camera.ahead.tolist(),
             "target": camera.target.tolist(),
             **{name: getattr(camera, name) for name in ("azimuth", "elevation", "distance")},
-            "strong": emphasised(self.bones, chain, self.figure.motion.skeleton),
+            "strong": emphasised_bone_indices(self.bones, chain, self.figure.motion.skeleton),
             "body": list(self._people.get(chain.person) or every),
         }
 

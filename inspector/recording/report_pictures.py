@@ -24,7 +24,7 @@ from inspector.viewport.mesh_actor import Piece
 from inspector.viewport.solid_and_ghost import Pose, Shapes, Solid, Style
 from inspector.widgets.theme import LIGHT
 from twistcore.files.encoding import json_bytes
-from twistcore.report.picture_job import picture_path, player_path, read_job
+from twistcore.report.picture_job import picture_path, player_path, read_picture_job
 
 _SAMPLES = 8  # samples per pixel
 _QUALITY = 84  # JPEG quality; a picture has about 10 kB
@@ -89,7 +89,7 @@ class OffscreenRenderer:
 
 def main(folder: Path) -> None:
     """Draw the pictures described by the files in a folder, and write them to that folder."""
-    size, figures = read_job(folder)
+    size, figures = read_picture_job(folder)
     renderer = OffscreenRenderer(size)
     for number, figure in enumerate(figures):
         drawing = FigureToDraw(figure)

@@ -16,7 +16,7 @@ from PySide6.QtGui import QColor, QImage, QPainterPath, QPen
 
 from inspector.language import tr
 from inspector.recording.sheet import Item, Sheet, SheetShape, Words
-from twistcore.files.encoding import encoded
+from twistcore.files.encoding import encode_utf8
 
 _CAPS = {
     Qt.PenCapStyle.FlatCap: "butt",
@@ -46,7 +46,7 @@ def svg_of(sheet: Sheet, title: str, width_mm: float, height_mm: float) -> bytes
         f'width="{_number(width_mm)}mm" height="{_number(height_mm)}mm" viewBox="{box}">'
     )
     parts = head, f"<title>{_text(title)}</title>", "<defs>", *cuts, "</defs>", *body, "</svg>\n"
-    return encoded("\n".join(parts))
+    return encode_utf8("\n".join(parts))
 
 
 def _element(item: Item, clips: dict[str, str]) -> str:

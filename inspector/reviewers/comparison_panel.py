@@ -10,19 +10,19 @@ from PySide6.QtCore import QItemSelectionModel, QModelIndex, QTimer, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QHeaderView, QWidget
 
-from inspector.language import of_core, plural, tr
-from inspector.panels.interval_rows import end_text, verdict_text
-from inspector.panels.reject_reasons import shown_reason
+from inspector.language import plural, tr, translate_core_sentence
+from inspector.panels.interval_rows import limb_end_state_text, verdict_text
+from inspector.panels.reject_reasons import translate_reject_reason
 from inspector.panels.rig_names import label_of
 from inspector.reviewers.second_review import DifferenceRow, SecondReview
 from inspector.session.document import Document
 from inspector.widgets.building import action_button, hbox, vbox
 from inspector.widgets.labels import Caption, capitalised
-from inspector.widgets.signed_numbers import angle_of
+from inspector.widgets.signed_numbers import interval_angle_text
 from inspector.widgets.tables import RowModel, RowTable, SecondaryTextDelegate, TableRow
 from inspector.widgets.theme import Colours
 from twistcore.detection import Interval
-from twistcore.files.encoding import legible
+from twistcore.files.encoding import escape_control_characters
 from twistcore.review import Decision, Judged, Settle
 from twistcore.review.agreement import PairDifference, decided_by_person
 
@@ -83,7 +83,11 @@ class DifferencesModel(RowModel[DifferenceRow]):
         """
         interval, first = judged.interval, self._document.first_frame
         frames = f"{interval.start + first}–{interval.stop + first}"
-        return frames, angle_of(interval.kind, interval.shown), end_text(judged)
+        return (
+            frames,
+            interval_angle_text(interval.kind, interval.shown),
+            limb_end_state_text(judged),
+        )
 
     def label(self, interval: Interval) -> str:
         """Return the label of an error.
@@ -229,7 +233,7 @@ class ComparisonPanel(QWidget):
         self.model.show(self._second.rows(self._document.review.state))
         left = sum(not row.settled for row in self.rows)
         count = tr("Differences: {count}, not settled: {left}", count=len(self.rows), left=left)
-        agreement = of_core(self._second.agreement.summary)
+        agreement = translate_core_sentence(self._second.agreement.summary)
         self.summary.set_text(escape(f"{capitalised(agreement)}. {count}.", quote=False))
         now = self.current
         settled = before is not None and not before.settled and now is not None and now.settled
@@ -290,9 +294,9 @@ class ComparisonPanel(QWidget):
         if (row := self.current) is None or (difference := row.pair.difference) is None:
             return ""
         sides = (tr("Mine"), row.pair.mine), (tr("Theirs"), row.pair.theirs)
-        lines = [f"<b>{escape(capitalised(of_core(difference)))}</b>"]
+        lines = [f"<b>{escape(capitalised(translate_core_sentence(difference)))}</b>"]
         words = [f"{side}: {self._decision(judged)}" for side, judged in sides if judged]
-        lines += [escape(legible(text, most=_MOST)) for text in words]
+        lines += [escape(escape_control_characters(text, most=_MOST)) for text in words]
         return "<br>".join(lines)
 
     def _decision(self, judged: Judged) -> str:
@@ -300,4 +304,6 @@ class ComparisonPanel(QWidget):
         words = [" ".join((verdict_text(judged), *self.model.correction(judged))).rstrip()]
         if decided_by_person(judged):
             words += [judged.reviewer, judged.decided_at[:16].replace("T", " ")]
-        return ", ".join(filter(None, (*words, shown_reason(judged.reason), judged.note)))
+        return ", ".join(
+            filter(None, (*words, translate_reject_reason(judged.reason), judged.note))
+        )

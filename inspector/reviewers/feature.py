@@ -15,7 +15,7 @@ from inspector.feature import (
     HostWindow,
     MenuRows,
 )
-from inspector.language import of_core, tr
+from inspector.language import tr, translate_core_sentence
 from inspector.reviewers.comparison_panel import ComparisonPanel
 from inspector.reviewers.second_review import SecondReview
 from inspector.session.session_files import SESSION_PATTERNS
@@ -23,7 +23,7 @@ from inspector.widgets.background import OneTask
 from inspector.widgets.building import bring_to_front
 from inspector.widgets.file_dialog import ask_files
 from twistcore.errors import TwistError
-from twistcore.export.replay import chains_of
+from twistcore.export.replay import session_chains
 from twistcore.formats.clip import Clip
 from twistcore.review import Judged, Session, read_session
 from twistcore.review.agreement import check_same_clip
@@ -72,7 +72,7 @@ class Reviewers(FeatureParts):
         try:
             check_same_clip(document.data.clip.sha256, session.sha256)
         except TwistError as error:
-            document.message.emit(f"{path.name}: {of_core(error)}", True)
+            document.message.emit(f"{path.name}: {translate_core_sentence(error)}", True)
             return
         self.comparison.compare(SecondReview(session, document.intervals))
         bring_to_front(self._dock)
@@ -80,7 +80,7 @@ class Reviewers(FeatureParts):
             self.comparison.step()
 
     def _failed(self, error: Exception) -> None:
-        self._window.document.message.emit(of_core(error), True)
+        self._window.document.message.emit(translate_core_sentence(error), True)
 
     def _zoom(self, judged: Judged) -> None:
         if self._window.settings.zoom_to_interval:
@@ -105,7 +105,7 @@ def _read(path: Path, clip: Clip) -> Session:
     """
     session = read_session(path)
     if session.sha256 == clip.sha256:
-        chains_of(session, clip)
+        session_chains(session, clip)
     return session
 
 

@@ -11,7 +11,7 @@ from twistcore.review.agreement import (
     Agreement,
     PairedIntervals,
     decided_by_person,
-    decisions_left_to_second,
+    decisions_only_by_second,
     pair_intervals,
     reviewers_of,
 )
@@ -76,7 +76,7 @@ class SecondReview:
 
     def left_to_them(self, state: ReviewState) -> tuple[Judged, ...]:
         """Return the second reviewer's decisions on intervals that are undecided in `state`."""
-        return decisions_left_to_second(
+        return decisions_only_by_second(
             pair_intervals(state.intervals, self._theirs), state.next_id
         )
 

@@ -18,7 +18,7 @@ from shiboken6 import isValid
 from inspector.language import tr
 from inspector.session.first_look import FirstLook, first_look
 from inspector.session.opening import ClipMissingError, analyse_file, analyse_session
-from inspector.widgets.background import OneTask, in_gui_thread
+from inspector.widgets.background import OneTask, run_in_gui_thread
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.formats.clip import Clip
 from twistcore.tuning import Profile
@@ -120,7 +120,7 @@ class ClipOpener(QObject):
 
         def seen(clip: Clip) -> None:
             with suppress(Exception):  # without a picture, the clip is opened all the same
-                in_gui_thread(partial(show, first_look(clip)))
+                run_in_gui_thread(partial(show, first_look(clip)))
 
         return seen
 

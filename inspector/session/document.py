@@ -10,9 +10,9 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal, SignalInstance
 
-from inspector.language import of_core, tr
+from inspector.language import tr, translate_core_sentence
 from inspector.session.clip_opener import ClipOpener
-from inspector.session.failing_detector import not_usable, redetect_or_give_up
+from inspector.session.failing_detector import redetect_or_give_up, unusable_detector_message
 from inspector.session.keeper import Keeper, PutAside
 from inspector.session.open_clip import Borrowed, OpenClip
 from inspector.session.opening import Analysed, opening_notes
@@ -21,8 +21,8 @@ from inspector.session.rigs import Rigs
 from twistcore.analysis.correction.corrected import Corrected
 from twistcore.detection import Interval, Kind
 from twistcore.errors import TwistError
-from twistcore.files.ordinary import is_there
-from twistcore.formats.reading import file_prefix
+from twistcore.files.ordinary import path_exists
+from twistcore.formats.reading import companion_file_prefix
 from twistcore.review import (
     ChangeChains,
     Command,
@@ -140,9 +140,9 @@ class Document(OpenClip):
             share.
         """
         clip = self.data.clip.path if self.data is not None else Path("clip")
-        stem = file_prefix(clip) if own else clip.stem
+        stem = companion_file_prefix(clip) if own else clip.stem
         path, k = self.folder / f"{stem}{ending}", 2
-        while self.borrowed is not None and is_there(path):
+        while self.borrowed is not None and path_exists(path):
             path, k = self.folder / f"{stem}_{k}{ending}", k + 1
         return path
 
@@ -181,7 +181,10 @@ class Document(OpenClip):
         try:
             self.review.do(command)
         except (KeyError, ValueError) as error:
-            self.message.emit(f"{of_core(command.text)}: {of_core(str(error))}", True)
+            self.message.emit(
+                f"{translate_core_sentence(command.text)}: {translate_core_sentence(str(error))}",
+                True,
+            )
             return False
         self.keeper.journal.record(command, getattr(command, "drag", 0))
         self._review_changed()
@@ -434,17 +437,17 @@ class Document(OpenClip):
         """
         if not (self.data and tau and self._may_detect()):
             return
-        if why := not_usable(self.data.analysis, self.review.state.method):
+        if why := unusable_detector_message(self.data.analysis, self.review.state.method):
             self.message.emit(why, False)
         elif self._follows_review():
             try:
                 found = tuple(i for n, t in tau.items() for i in self.detector.intervals(n, t))
             except TwistError as error:  # a detector by another author may fail
-                self.message.emit(of_core(error), True)
+                self.message.emit(translate_core_sentence(error), True)
             else:
                 what = ""
                 if len(tau) == 1:
-                    label = of_core(self.find_chain(next(iter(tau))).label)
+                    label = translate_core_sentence(self.find_chain(next(iter(tau))).label)
                     what = tr("Set τ of {chain}", chain=label)
                 self.do(Redetect(dict(tau), found, drag=drag, what=what))
 

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from inspector.language import of_core, plural, tr
+from inspector.language import plural, tr, translate_core_sentence
 from inspector.session.opening import Analysed
 
 
 def reason_unexamined(data: Analysed | None) -> str:
     """Return a sentence with the reason why the whole clip could not be examined, or ''."""
     why = data.analysis.not_examined if data is not None else ""
-    return tr("The clip could not be examined: {why}.", why=of_core(why)) if why else ""
+    return (
+        tr("The clip could not be examined: {why}.", why=translate_core_sentence(why))
+        if why
+        else ""
+    )
 
 
 def unexamined_sentences(data: Analysed | None) -> tuple[str, ...]:
@@ -20,7 +24,11 @@ def unexamined_sentences(data: Analysed | None) -> tuple[str, ...]:
     if data is None:
         return ()
     whole = reason_unexamined(data)
-    return (whole,) if whole else tuple(of_core(str(limb)) for limb in data.analysis.unexamined)
+    return (
+        (whole,)
+        if whole
+        else tuple(translate_core_sentence(str(limb)) for limb in data.analysis.unexamined)
+    )
 
 
 def one_line_summary(sentences: tuple[str, ...]) -> str:

@@ -7,25 +7,30 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from inspector.language import of_core, plural, tr
+from inspector.language import plural, tr, translate_core_sentence
 from inspector.session.document import Document
 from inspector.session.session_files import replay_path
 from twistcore.analysis.clip_analysis import ClipAnalysis
-from twistcore.analysis.correction.twist_removal import stuck_joints
+from twistcore.analysis.correction.twist_removal import joints_lacking_channels
 from twistcore.errors import TwistError
-from twistcore.export.compare import Difference, compare
+from twistcore.export.compare import Difference, compare_motions
 from twistcore.export.replay import accepted_motion
 from twistcore.files.atomic import same_file
-from twistcore.files.marks import file_mark, forget_marks, takes_long
-from twistcore.files.ordinary import is_file, is_there, real_path
-from twistcore.formats.clip import ChannelJump, Clip, check_ending, write_clip
-from twistcore.formats.reading import file_prefix
-from twistcore.report.clip_report import check_report, report_files, report_marks, write_clip_report
+from twistcore.files.marks import cached_sha256, forget_cached_hashes, is_slow_to_hash
+from twistcore.files.ordinary import is_file, path_exists, real_path
+from twistcore.formats.clip import ChannelJump, Clip, check_clip_suffix, write_clip
+from twistcore.formats.reading import companion_file_prefix
+from twistcore.report.clip_report import (
+    check_report_replaceable,
+    read_report_hashes,
+    report_files,
+    write_clip_report,
+)
 from twistcore.report.document import Report
 from twistcore.review import ReviewState, read_session, write_session
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
-from twistcore.work.progress import Tell, nobody
+from twistcore.work.progress import Tell, ignore_progress
 
 _STILL = 1e-9  # relative to the figure's height; smaller movements of a joint are rounding errors
 
@@ -118,33 +123,35 @@ def prepare_export(document: Document, choice: ExportChoice) -> Export:
     )
 
 
-def files_of(choice: ExportChoice) -> tuple[Path, ...]:
+def export_file_paths(choice: ExportChoice) -> tuple[Path, ...]:
     """Return the paths of all files that an export writes."""
     path = choice.path
     replay = (replay_path(path),) if choice.session else ()
-    report = report_files(path.parent, file_prefix(path)) if choice.report else ()
+    report = report_files(path.parent, companion_file_prefix(path)) if choice.report else ()
     return (path, *replay, *report)
 
 
-def replaced(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, bool]:
+def files_replaced_by_export(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, bool]:
     """Return the existing files that an export would replace.
 
     In the result, the value of each path is True if this program wrote the file. `ours` contains
     the SHA-256 of files written in this run; files of earlier runs are listed in the report.
     """
     known = _written_marks(choice, ours)
-    listing = report_files(choice.path.parent, file_prefix(choice.path))[-1]
-    there = [path for path in files_of(choice) if is_there(path)]
+    listing = report_files(choice.path.parent, companion_file_prefix(choice.path))[-1]
+    there = [path for path in export_file_paths(choice) if path_exists(path)]
     return {p: _as_written(p, known) or (p == listing and _lists(p)) for p in there}
 
 
 def files_to_hash(choice: ExportChoice, ours: Mapping[Path, str]) -> tuple[Path, ...]:
-    """Return the large files that :func:`replaced` would hash.
+    """Return the large files that :func:`files_replaced_by_export` would hash.
 
     The caller hashes them in a thread beforehand, so that the window does not block.
     """
     known = _written_marks(choice, ours)
-    return tuple(path for path in files_of(choice) if path in known and takes_long(path))
+    return tuple(
+        path for path in export_file_paths(choice) if path in known and is_slow_to_hash(path)
+    )
 
 
 def _written_marks(
@@ -154,17 +161,17 @@ def _written_marks(
 
     The hashes from earlier runs are read from the report.
     """
-    listing = report_files(choice.path.parent, file_prefix(choice.path))[-1]
+    listing = report_files(choice.path.parent, companion_file_prefix(choice.path))[-1]
     marks: Mapping[str, tuple[object, ...]] = {}
     with suppress(TwistError):
-        marks = report_marks(listing)
-    known = {path: marks[path.name] for path in files_of(choice) if path.name in marks}
+        marks = read_report_hashes(listing)
+    known = {path: marks[path.name] for path in export_file_paths(choice) if path.name in marks}
     return known | {path: (mark,) for path, mark in ours.items()}
 
 
 def _lists(listing: Path) -> bool:
     try:
-        return bool(report_marks(listing))
+        return bool(read_report_hashes(listing))
     except TwistError:
         return False
 
@@ -193,13 +200,13 @@ def check_targets(
     if path in own or replay in own:
         message = tr("{path} is used by the review itself. Choose another name.", path=path)
         raise TwistError(message)
-    check_ending(clip, path)
+    check_clip_suffix(clip, path)
     known = _written_marks(choice, ours)
     for file in (path, replay) if choice.session else (path,):
         if not (choice.replace or _as_written(file, known)):
             message = tr("{path} already exists. Choose another name.", path=file)
             raise TwistError(message)
-    if choice.session and is_there(replay):
+    if choice.session and path_exists(replay):
         try:
             read_session(replay)
         except TwistError:
@@ -209,7 +216,7 @@ def check_targets(
             )
             raise TwistError(message) from None
     if choice.report:
-        check_report(path.parent, file_prefix(path))
+        check_report_replaceable(path.parent, companion_file_prefix(path))
 
 
 def _as_written(path: Path, known: Mapping[Path, tuple[object, ...]]) -> bool:
@@ -219,10 +226,10 @@ def _as_written(path: Path, known: Mapping[Path, tuple[object, ...]]) -> bool:
     """
     if not is_file(path):
         return True
-    return path in known and file_mark(path) in known[path]
+    return path in known and cached_sha256(path) in known[path]
 
 
-def write(export: Export, tell: Tell = nobody) -> str:
+def write_export_files(export: Export, tell: Tell = ignore_progress) -> str:
     """Correct the clip, write the chosen files, and return a sentence about the result.
 
     `tell` is called with the progress of the tracking filter. Raises OSError if writing fails, and
@@ -230,7 +237,7 @@ def write(export: Export, tell: Tell = nobody) -> str:
     """
     choice, clip, state = export.choice, export.clip, export.state
     refined = accepted_motion(clip, export.chains, state, tell=tell)
-    forget_marks(files_of(choice))
+    forget_cached_hashes(export_file_paths(choice))
     check_targets(choice, clip, export.ours, export.own)
     jumps = write_clip(clip, refined, choice.path)
     _take_note(export, choice.path)
@@ -239,8 +246,12 @@ def write(export: Export, tell: Tell = nobody) -> str:
         _take_note(export, replay_path(choice.path))
     if choice.report:
         own = (choice.path, replay_path(choice.path))
-        files = {p.name: export.ours[p] for p in own if p in export.ours and p in files_of(choice)}
-        name = file_prefix(choice.path)
+        files = {
+            p.name: export.ours[p]
+            for p in own
+            if p in export.ours and p in export_file_paths(choice)
+        }
+        name = companion_file_prefix(choice.path)
         report = Report(
             clip,
             export.chains,
@@ -260,7 +271,7 @@ def write(export: Export, tell: Tell = nobody) -> str:
 
 def _take_note(export: Export, path: Path) -> None:
     if is_file(path):
-        export.ours[path] = file_mark(path)
+        export.ours[path] = cached_sha256(path)
 
 
 def _result(export: Export, refined: Motion, jumps: Sequence[ChannelJump]) -> str:
@@ -268,7 +279,7 @@ def _result(export: Export, refined: Motion, jumps: Sequence[ChannelJump]) -> st
     stale = ""
     if export.changed:
         stale = f" {export.changed} " + tr("The version that is open in this window was exported.")
-    change = compare(export.clip.motion, refined)
+    change = compare_motions(export.clip.motion, refined)
     if not change.joints:
         why = export.left_out or tr("No correction was accepted.")
         return (
@@ -294,7 +305,7 @@ def _result(export: Export, refined: Motion, jumps: Sequence[ChannelJump]) -> st
             "{n} step of more than 180° remains in the rotation channels: {first}.",
             "{n} steps of more than 180° remain in the rotation channels. The first one: {first}.",
             len(jumps),
-            first=of_core(str(jumps[0])),
+            first=translate_core_sentence(str(jumps[0])),
         )
     return " ".join(filter(None, (message, export.left_out, steps))) + stale
 
@@ -337,9 +348,9 @@ def uncorrected_warning(document: Document) -> str:
     motion = document.data.motion
     accepted = document.review.state.chosen()
     stuck = "; ".join(
-        f"{of_core(c.label)} ({', '.join(joints)})"
+        f"{translate_core_sentence(c.label)} ({', '.join(joints)})"
         for c in document.data.chains_and_limbs
-        if (joints := stuck_joints(motion, c, accepted))
+        if (joints := joints_lacking_channels(motion, c, accepted))
     )
     if not stuck:
         return ""

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from PySide6.QtCore import QEventLoop, QObject, Signal
 
-from inspector.language import of_core, tr
+from inspector.language import tr, translate_core_sentence
 from inspector.session.document import Document
-from inspector.session.export_files import Export, ExportChoice, prepare_export, write
+from inspector.session.export_files import Export, ExportChoice, prepare_export, write_export_files
 from inspector.session.session_files import replay_path
 from inspector.widgets.background import Task
 from twistcore.errors import TwistError
-from twistcore.export.interrupted import marked_export
+from twistcore.export.interrupted import mark_export_in_progress
 from twistcore.work.progress import Tell
 
 
@@ -74,10 +74,10 @@ class Exporter(QObject):
 
     def _fail(self, export: Export, error: Exception) -> None:
         self._failed = True
-        path, why = export.choice.path, of_core(str(error))
+        path, why = export.choice.path, translate_core_sentence(str(error))
         message = tr("{path} was not written: {why}", path=path, why=why)
         if isinstance(error, OSError):
-            path, why = error.filename or path, of_core(str(error.strerror))
+            path, why = error.filename or path, translate_core_sentence(str(error.strerror))
             message = tr("{path} was not written ({why}).", path=path, why=why)
         self._end(export, message, wrong=True)
 
@@ -93,5 +93,5 @@ class Exporter(QObject):
 
 
 def _write_marked(export: Export, tell: Tell) -> str:
-    with marked_export(replay_path(export.choice.path), export.clip.path):
-        return write(export, tell)
+    with mark_export_in_progress(replay_path(export.choice.path), export.clip.path):
+        return write_export_files(export, tell)

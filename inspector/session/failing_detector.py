@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from inspector.language import of_core, tr
+from inspector.language import tr, translate_core_sentence
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.detection import DETECTORS, Interval
 from twistcore.errors import TwistError
@@ -22,13 +22,13 @@ def redetect_or_give_up(analysis: ClipAnalysis, state: ReviewState) -> tuple[Int
         return redetected_intervals(analysis, state)
 
 
-def not_usable(analysis: ClipAnalysis, method: str) -> str:
+def unusable_detector_message(analysis: ClipAnalysis, method: str) -> str:
     """Return a message if a review's detector is not installed or fails on the clip, or ''."""
     if why := analysis.failure(method):
         return tr(
             "The detector of this review fails on this clip: {why}. You can still judge and "
             "export the intervals. To change τ, choose another detector.",
-            why=of_core(why),
+            why=translate_core_sentence(why),
         )
     if DETECTORS.usable(method) == method:
         return ""
@@ -40,13 +40,13 @@ def not_usable(analysis: ClipAnalysis, method: str) -> str:
     )
 
 
-def another_used(analysis: ClipAnalysis, method: str) -> str:
+def replaced_detector_message(analysis: ClipAnalysis, method: str) -> str:
     """Return a message stating that the default detector has replaced the detector `method`."""
     if why := analysis.failure(method):
         return tr(
             "The default detector was used for {clip}, with its automatic τ, because {why}.",
             clip=analysis.name,
-            why=of_core(why),
+            why=translate_core_sentence(why),
         )
     return tr(
         "The detector '{name}' for {clip} is not installed. Another detector was used, with its "

@@ -11,25 +11,25 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal, SignalInstance
 
-from inspector.language import of_core, tr
-from inspector.session.leftovers import Leftover, holds_more, read_leftover
+from inspector.language import tr, translate_core_sentence
+from inspector.session.leftovers import Leftover, leftover_has_more_decisions, read_leftover
 from inspector.session.opening import Analysed
 from inspector.session.review_journal import KeptReview, ReviewJournal
 from inspector.session.review_lock import ReviewLock
 from inspector.session.session_files import (
     JOURNAL_SUFFIX,
+    ensure_latest_modification_time,
+    find_existing_sessions,
     first_success,
     journals,
-    kept_sessions,
-    make_latest,
     modified_ns,
-    remember_place,
-    write_known,
+    remember_session_path,
+    write_session_with_backup,
 )
 from twistcore.errors import TwistError
-from twistcore.files.atomic import free_name
-from twistcore.files.lock import is_held
-from twistcore.files.ordinary import is_there
+from twistcore.files.atomic import first_unused_path
+from twistcore.files.lock import is_file_locked
+from twistcore.files.ordinary import path_exists
 from twistcore.review import Review
 from twistcore.review.session import session_bytes
 
@@ -92,7 +92,7 @@ class Keeper(QObject):
         if self.read_only:
             return
         for leftover in self._find_leftovers(data):
-            if holds_more(leftover, data.clip, data.review.state):
+            if leftover_has_more_decisions(leftover, data.clip, data.review.state):
                 self.leftovers.append(leftover)
             elif data.review.saved:  # the session file has all of its steps, or it is empty
                 self.forget(leftover)
@@ -123,7 +123,7 @@ class Keeper(QObject):
         self._watch(aside.kept)
         if self.read_only:
             return
-        self.leftovers = [left for left in aside.leftovers if is_there(left.path)]
+        self.leftovers = [left for left in aside.leftovers if path_exists(left.path)]
         if not aside.kept.review.saved:
             self.journal.resume(aside.journal, aside.steps)
 
@@ -144,7 +144,7 @@ class Keeper(QObject):
         robbed, self._robbed = self._robbed == data.clip.path, None
         found = []
         for path in (path for place in self._kept.all_places for path in journals(place)):
-            if not robbed and is_held(path):
+            if not robbed and is_file_locked(path):
                 continue
             leftover, message = read_leftover(path, data.clip, data.analysis)
             if message:
@@ -189,7 +189,7 @@ class Keeper(QObject):
 
         `mark` is added to its name. Returns the new name, or '' on failure.
         """
-        kept = free_name(leftover.path, mark)
+        kept = first_unused_path(leftover.path, mark)
         done = self._done_with(leftover, lambda: leftover.path.rename(kept))
         return kept.name if done else ""
 
@@ -199,7 +199,7 @@ class Keeper(QObject):
         try:
             work()
         except OSError as error:
-            why = of_core(str(error.strerror))
+            why = translate_core_sentence(str(error.strerror))
             message = tr(
                 "{path} could not be moved and stays where it is ({why}).",
                 path=leftover.path,
@@ -233,19 +233,19 @@ class Keeper(QObject):
         except TwistError as error:
             return False, str(error)
         except OSError as error:
-            why = of_core(str(error.strerror))
+            why = translate_core_sentence(str(error.strerror))
             message = tr("{path} was not saved ({why}).", path=places[0], why=why)
             return False, f"{message} {self.journal.where()}"
         if trouble is not None:
             message += tr(
                 "{path} was not saved ({why}). The session was saved as {place} instead.",
                 path=places[0],
-                why=of_core(str(trouble.strerror)),
+                why=translate_core_sentence(str(trouble.strerror)),
                 place=place,
             )
         kept.session_file = place
-        make_latest(place, kept_sessions(kept.clip.path))
-        remember_place(kept.clip.path, place)
+        ensure_latest_modification_time(place, find_existing_sessions(kept.clip.path))
+        remember_session_path(kept.clip.path, place)
         kept.review.mark_saved()
         self.journal.give_up()
         return True, message
@@ -258,7 +258,7 @@ class Keeper(QObject):
         data = session_bytes(kept.clip, kept.review.state)
         lock = _lock_of(path)
         if self.lock is not None and self.lock.path == lock.path:
-            return write_known(path, data, kept.known)
+            return write_session_with_backup(path, data, kept.known)
         if not lock.take():
             message = tr(
                 "{name} is open in another window ({holder}). Save the session under another name.",
@@ -267,7 +267,7 @@ class Keeper(QObject):
             )
             raise TwistError(message)
         try:
-            message = write_known(path, data, kept.known)
+            message = write_session_with_backup(path, data, kept.known)
         except OSError:
             lock.release()
             raise
@@ -312,7 +312,7 @@ class Keeper(QObject):
         try:
             self.read_only = not self.lock.take_over()
         except OSError as error:
-            name, why = self.lock.path.name, of_core(str(error.strerror))
+            name, why = self.lock.path.name, translate_core_sentence(str(error.strerror))
             return tr(
                 "The review could not be taken over from the other window: the lock "
                 "file {name} cannot be changed ({why}).",

@@ -11,22 +11,22 @@ from typing import Any
 import numpy as np
 
 from inspector.language import tr
-from inspector.session.opening import with_every_kind
+from inspector.session.opening import add_missing_error_kinds
 from inspector.session.session_files import (
+    fallback_session_path,
+    find_existing_sessions,
     journal_owners,
     journals,
-    kept_sessions,
     modified_ns,
-    refuge_path,
     rename_damaged,
     session_path,
 )
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.errors import FormatError, TwistError
-from twistcore.files.lock import is_held
-from twistcore.files.ordinary import is_there
+from twistcore.files.lock import is_file_locked
+from twistcore.files.ordinary import path_exists
 from twistcore.formats.clip import Clip
-from twistcore.review import Judged, Recovered, Review, ReviewState, recover
+from twistcore.review import Judged, Recovered, Review, ReviewState, replay_journal
 from twistcore.review.left_out import joined_spans, uncovered_parts
 from twistcore.review.session import session_document
 from twistcore.skeleton.limb import Limb
@@ -59,18 +59,20 @@ class Leftover:
 
 def waiting_journals(clip: Path) -> list[Path]:
     """Return all journals of a clip that no running program uses, the latest first."""
-    places = dict.fromkeys((session_path(clip), refuge_path(clip), *kept_sessions(clip)))
+    places = dict.fromkeys(
+        (session_path(clip), fallback_session_path(clip), *find_existing_sessions(clip))
+    )
     there = {path for place in places for path in journals(place)}
-    return sorted((p for p in there if not is_held(p)), key=modified_ns, reverse=True)
+    return sorted((p for p in there if not is_file_locked(p)), key=modified_ns, reverse=True)
 
 
 def clips_to_restore(folder: Path, clips: Sequence[Path]) -> set[Path]:
     """Return the clips of a folder that have an unsaved review to restore."""
     beside = journal_owners(folder)
-    away = journal_owners(refuge_path(folder / "clip.bvh").parent)
+    away = journal_owners(fallback_session_path(folder / "clip.bvh").parent)
     by_name = [p for p in clips if session_path(p).name in beside]
     if away:
-        by_name += [p for p in clips if refuge_path(p).name in away]
+        by_name += [p for p in clips if fallback_session_path(p).name in away]
     return {path for path in by_name if waiting_journals(path)}
 
 
@@ -82,7 +84,7 @@ def unsaved_clips(clips: Iterable[Path]) -> list[tuple[Path, Path, int]]:
     found = []
     for clip in clips:
         counted = ((clip, path, n) for path in waiting_journals(clip) if (n := decisions_in(path)))
-        if (latest := next(counted, None)) and is_there(clip):
+        if (latest := next(counted, None)) and path_exists(clip):
             found.append(latest)
     return found
 
@@ -93,7 +95,7 @@ def decisions_in(journal: Path) -> int:
     Returns 0 if the journal cannot be read or has no steps.
     """
     try:
-        recovered = recover(journal)
+        recovered = replay_journal(journal)
     except TwistError:
         return 0
     began = {_user_changes(judged) for judged in recovered.session.state.intervals}
@@ -110,7 +112,7 @@ def read_leftover(path: Path, clip: Clip, analysis: ClipAnalysis) -> tuple[Lefto
     undecided intervals.
     """
     try:
-        recovered = recover(path, clip)
+        recovered = replay_journal(path, clip)
     except FormatError as error:
         with suppress(OSError):
             if not path.stat().st_size:  # the program crashed before the first line was written
@@ -129,12 +131,12 @@ def read_leftover(path: Path, clip: Clip, analysis: ClipAnalysis) -> tuple[Lefto
     began, left = recovered.session.state, recovered.review.state
     if recovered.session.sha256 != clip.sha256 or not _has_chains(began, clip):
         return Leftover(recovered, False), message
-    complete = with_every_kind(left, analysis.with_rig(left.rig))
+    complete = add_missing_error_kinds(left, analysis.with_rig(left.rig))
     if complete is left:
         return Leftover(recovered, True), message
     review = Review(complete)
     review.mark_unsaved()
-    began = with_every_kind(began, analysis.with_rig(began.rig))
+    began = add_missing_error_kinds(began, analysis.with_rig(began.rig))
     session = replace(recovered.session, state=began)
     return Leftover(replace(recovered, session=session, review=review), True, True), message
 
@@ -149,7 +151,7 @@ def _has_chains(state: ReviewState, clip: Clip) -> bool:
     return {c.name for c in every} - limbs == state.tau.keys() - limbs
 
 
-def holds_more(leftover: Leftover, clip: Clip, state: ReviewState) -> bool:
+def leftover_has_more_decisions(leftover: Leftover, clip: Clip, state: ReviewState) -> bool:
     """Return True if the journal may contain a decision or setting that is not in `state`."""
     left = leftover.recovered.review.state
     if leftover.same_clip:

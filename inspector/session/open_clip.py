@@ -13,7 +13,7 @@ from PySide6.QtCore import QObject, Signal
 
 from inspector.session.opening import Analysed
 from twistcore.analysis.correction.corrected import Corrected
-from twistcore.analysis.error_groups import without_alternatives
+from twistcore.analysis.error_groups import drop_weaker_alternatives
 from twistcore.batch.clip_severity import severity_of_intervals
 from twistcore.detection import Analysis, Interval, Kind
 from twistcore.detection.limb_flips import LimbFlips
@@ -199,7 +199,9 @@ class OpenClip(QObject):
             if j.decision == Decision.ACCEPTED or j.id == self.interval_id
         ]
         skeleton = self.data.motion.skeleton
-        return without_alternatives(state.chosen(undecided=True), chains, skeleton, chosen=first)
+        return drop_weaker_alternatives(
+            state.chosen(undecided=True), chains, skeleton, chosen=first
+        )
 
     @property
     def suggested_chains(self) -> frozenset[str]:

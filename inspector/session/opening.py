@@ -7,37 +7,41 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from inspector.language import of_core, plural, tr
-from inspector.session.failing_detector import another_used, not_usable, redetect_or_give_up
-from inspector.session.rig_profiles import kept_rig
-from inspector.session.session_files import kept_sessions, rename_damaged
+from inspector.language import plural, tr, translate_core_sentence
+from inspector.session.failing_detector import (
+    redetect_or_give_up,
+    replaced_detector_message,
+    unusable_detector_message,
+)
+from inspector.session.rig_profiles import load_rig_profile
+from inspector.session.session_files import find_existing_sessions, rename_damaged
 from twistcore.analysis import clip_analysis as core
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval, Kind
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.export.exported_clips import REPLAY_SUFFIX
-from twistcore.export.replay import chains_of
-from twistcore.files.document_values import shown_words
-from twistcore.files.marks import file_mark, found_file
+from twistcore.export.replay import session_chains
+from twistcore.files.document_values import shorten_foreign_message
+from twistcore.files.marks import cached_sha256, find_file_by_sha256
 from twistcore.formats.clip import Clip
 from twistcore.formats.reading import read_clip
 from twistcore.review import Judged, Redetect, Review, ReviewState, Session
 from twistcore.review.proposal import (
-    inserted_flip,
-    interval_over,
-    proposed_at_jump,
+    interval_with_proposed_offset,
+    limb_flip_in_frames,
+    propose_error_at_jump,
     proposed_flip,
     proposed_interval,
 )
-from twistcore.review.session import read_session_file
-from twistcore.skeleton.chain import Chain, chain_notes, uncorrectable_joints
+from twistcore.review.session import read_session_with_hash
+from twistcore.skeleton.chain import Chain, chain_warnings, uncorrectable_joints
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rig import AS_FOUND, Rig
 from twistcore.skeleton.rotation import Array
 from twistcore.skeleton.signals import TwistSignals
 from twistcore.tuning import Profile
-from twistcore.work.progress import Tell, nobody, part
+from twistcore.work.progress import Tell, ignore_progress, stage_progress
 
 
 @dataclass(frozen=True)
@@ -113,13 +117,13 @@ class Analysed:
 
         `others` are all other intervals of the clip, and `method` is the detector.
         """
-        return proposed_at_jump(self.analysis.search(method), jump, others)
+        return propose_error_at_jump(self.analysis.search(method), jump, others)
 
     def proposed_over(self, chain: str, start: int, stop: int) -> Interval:
         """Return a proposed interval over the frames [start, stop)."""
         if (limb := self.limb(chain)) is not None:
-            return inserted_flip(limb, start, stop)
-        return interval_over(chain, self.signals[chain], start, stop)
+            return limb_flip_in_frames(limb, start, stop)
+        return interval_with_proposed_offset(chain, self.signals[chain], start, stop)
 
     def angle(self, chain: str) -> Array:
         """Return the angle in radians, (frames,), to which the offsets of a chain or limb apply.
@@ -152,7 +156,7 @@ class ClipMissingError(TwistError):
         message = tr(
             "The clip {clip}, which belongs to {session}, was not found. Locate the clip.",
             session=session.name,
-            clip=shown_words(clip),
+            clip=shorten_foreign_message(clip),
         )
         super().__init__(message)
         self.session = session
@@ -170,7 +174,7 @@ _READ, _DETECTED = 0.1, 0.9
 
 
 def analyse_file(
-    path: Path, profile: Profile | None = None, tell: Tell = nobody, seen: Seen = _ignore
+    path: Path, profile: Profile | None = None, tell: Tell = ignore_progress, seen: Seen = _ignore
 ) -> Analysed:
     """Read a clip and its latest session, and analyse the clip. Raises TwistError. Thread-safe.
 
@@ -178,7 +182,7 @@ def analyse_file(
     the chains from the stored rig of the skeleton. `tell` is called with the progress, and `seen`
     with the clip when it has been read.
     """
-    sessions = kept_sessions(path)
+    sessions = find_existing_sessions(path)
     if not sessions:
         return _read(path, profile, tell, seen=seen)
     session, *older = sessions
@@ -187,9 +191,12 @@ def analyse_file(
         for other in older
     ]
     try:
-        kept, sha256 = read_session_file(session)
+        kept, sha256 = read_session_with_hash(session)
     except TwistError as error:
-        why = tr("The review of this clip cannot be shown. {error}.", error=of_core(str(error)))
+        why = tr(
+            "The review of this clip cannot be shown. {error}.",
+            error=translate_core_sentence(str(error)),
+        )
         if isinstance(error, FormatError):
             why = rename_damaged(session, str(error))
         found, notes = _read(path, profile, tell, seen=seen), [*notes, why]
@@ -211,12 +218,12 @@ def _read(
     has been read.
     """
     stamp = stamp_of(path)
-    clip = read_clip(path, tell=part(tell, 0.0, _READ))
+    clip = read_clip(path, tell=stage_progress(tell, 0.0, _READ))
     seen(clip)
     rig, message = _rig_of(session, clip.motion)
-    found, missing = _searched(clip, profile, part(tell, _READ, 1.0), rig)
+    found, missing = _searched(clip, profile, stage_progress(tell, _READ, 1.0), rig)
     if missing and session is None:
-        found = replace(found, notes=(another_used(found.analysis, missing),))
+        found = replace(found, notes=(replaced_detector_message(found.analysis, missing),))
     return replace(found, stamp=stamp, notes=(*((message,) if message else ()), *found.notes))
 
 
@@ -229,12 +236,12 @@ def _rig_of(session: Session | None, motion: Motion) -> tuple[Rig, str]:
         with suppress(TwistError):
             session.state.rig.chains(motion)
             return session.state.rig, ""
-    return kept_rig(motion)
+    return load_rig_profile(motion)
 
 
 def _belongs(session: Session, clip: Clip) -> bool:
     try:
-        chains_of(session, clip)
+        session_chains(session, clip)
     except ClipMismatchError:
         return False
     return True
@@ -242,8 +249,12 @@ def _belongs(session: Session, clip: Clip) -> bool:
 
 def analyse_clip(clip: Clip, profile: Profile | None = None) -> Analysed:
     """Analyse a clip that has already been read."""
-    found, missing = _searched(clip, profile, nobody, AS_FOUND)
-    return replace(found, notes=(another_used(found.analysis, missing),)) if missing else found
+    found, missing = _searched(clip, profile, ignore_progress, AS_FOUND)
+    return (
+        replace(found, notes=(replaced_detector_message(found.analysis, missing),))
+        if missing
+        else found
+    )
 
 
 def _searched(clip: Clip, profile: Profile | None, tell: Tell, rig: Rig) -> tuple[Analysed, str]:
@@ -257,13 +268,13 @@ def _searched(clip: Clip, profile: Profile | None, tell: Tell, rig: Rig) -> tupl
     analysis = core.analyse(clip, rig=rig)
     if DETECTORS.usable(method) == method:
         try:
-            analysis.by(method, part(tell, 0.0, _DETECTED))
+            analysis.by(method, stage_progress(tell, 0.0, _DETECTED))
         except TwistError:
             if method == DEFAULT_METHOD:
                 raise
     if (method := analysis.usable(wanted)) != wanted:
         profile = Profile({})
-        analysis.by(method, part(tell, 0.0, _DETECTED))
+        analysis.by(method, stage_progress(tell, 0.0, _DETECTED))
     tell(_DETECTED)
     found = analysis.detect(method, tau_radians=profile.of(analysis.chains_and_limbs))
     # Compute the values that the views need first in this thread, so as not to block the window.
@@ -272,7 +283,7 @@ def _searched(clip: Clip, profile: Profile | None, tell: Tell, rig: Rig) -> tupl
 
 
 def analyse_session(
-    path: Path, clip_path: Path | None = None, tell: Tell = nobody, seen: Seen = _ignore
+    path: Path, clip_path: Path | None = None, tell: Tell = ignore_progress, seen: Seen = _ignore
 ) -> Analysed:
     """Read a session and its clip. Raises TwistError.
 
@@ -282,10 +293,10 @@ def analyse_session(
     clip's session. `tell` is called with the progress, and `seen` with the clip when it has been
     read.
     """
-    session, sha256 = read_session_file(path)
+    session, sha256 = read_session_with_hash(path)
     if clip_path is None:
         places = Path(session.clip), path.parent / Path(session.clip).name
-        clip_path = found_file(places, session.sha256)
+        clip_path = find_file_by_sha256(places, session.sha256)
     if clip_path is None:
         raise ClipMissingError(path, session.clip)
     return _with_session(path, sha256, session, clip_path, tell, seen)
@@ -305,13 +316,13 @@ def _with_session(
     state = replace(session.state, tau=tau, chain_order=own.chain_order)
     if message := unknown_kinds_sentence(state):
         found = replace(found, notes=(*found.notes, message))
-    complete = with_every_kind(state, found.analysis)
+    complete = add_missing_error_kinds(state, found.analysis)
     if complete is not state:
         added = len(complete.intervals) - len(state.intervals)
         found = replace(found, added=added)
     review = Review(complete)
     review.take_reasons(redetect_or_give_up(found.analysis, complete))
-    if why := not_usable(found.analysis, method):
+    if why := unusable_detector_message(found.analysis, method):
         found = replace(found, notes=(*found.notes, why))
     if path.name.endswith(REPLAY_SUFFIX):
         review.mark_unsaved()  # the review will be saved in the clip's session instead
@@ -332,7 +343,7 @@ def unknown_kinds_sentence(state: ReviewState) -> str:
     )
 
 
-def with_every_kind(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
+def add_missing_error_kinds(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
     """Return the review with undecided intervals added for kinds of errors that it lacks.
 
     Reviews by earlier versions of the program lack the newer kinds. Missing limbs are added with
@@ -437,14 +448,14 @@ def opening_notes(
             )
         if tracking := data.review.state.tracking:
             message += " " + tr(
-                "The review includes tracking: {what}.", what=of_core(tracking.what)
+                "The review includes tracking: {what}.", what=translate_core_sentence(tracking.what)
             )
         yield message, False
     if rig := data.analysis.rig:
         yield (
             tr(
                 "The chains of this rig have been changed: {summary}.",
-                summary=of_core(rig.summary()),
+                summary=translate_core_sentence(rig.summary()),
             ),
             False,
         )
@@ -458,10 +469,14 @@ def opening_notes(
         notices.append(message)
     found_out = () if data.blind else data.analysis.notes  # notes may reveal an error
     warned = (*map(str, data.clip.warnings), *map(str, found_out))
-    warned = (*warned, *chain_notes(data.chains_and_limbs))
-    notices += [f"{name}: {of_core(w)}" for w in warned]
+    warned = (*warned, *chain_warnings(data.chains_and_limbs))
+    notices += [f"{name}: {translate_core_sentence(w)}" for w in warned]
     motion, every = data.motion, data.chains_and_limbs
-    stuck = [of_core(c.label) for c in every if uncorrectable_joints(motion, c, carried=True)]
+    stuck = [
+        translate_core_sentence(c.label)
+        for c in every
+        if uncorrectable_joints(motion, c, carried=True)
+    ]
     if stuck:
         message = tr(
             "These chains are shown but not corrected, because some of their joints lack "
@@ -495,7 +510,7 @@ def stamp_of(path: Path) -> Stamp | None:
     return Stamp(status.st_mtime_ns, status.st_size, status.st_ino)
 
 
-def what_changed(clip: Clip, then: Stamp | None, now: Stamp | None) -> str:
+def clip_changed_sentence(clip: Clip, then: Stamp | None, now: Stamp | None) -> str:
     """Return a sentence stating that the clip has changed on disk since it was read, or ''.
 
     `then` is the stamp of the file when it was read, and `now` is its current stamp. The bytes are
@@ -509,8 +524,8 @@ def what_changed(clip: Clip, then: Stamp | None, now: Stamp | None) -> str:
             clip=clip.name,
         )
     try:
-        same = file_mark(clip.path) == clip.sha256
+        same = cached_sha256(clip.path) == clip.sha256
     except OSError as error:
-        why = of_core(str(error.strerror))
+        why = translate_core_sentence(str(error.strerror))
         return tr("{clip} can no longer be read ({why}).", clip=clip.name, why=why)
     return "" if same else tr("{clip} has changed on disk since it was opened.", clip=clip.name)

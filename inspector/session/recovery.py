@@ -11,12 +11,12 @@ from PySide6.QtCore import QObject, Signal
 from inspector.language import plural, tr, tr_as
 from inspector.session.keeper import Keeper
 from inspector.session.leftovers import Leftover, count_missing
-from inspector.session.opening import Analysed, Stamp, stamp_of, what_changed
+from inspector.session.opening import Analysed, Stamp, clip_changed_sentence, stamp_of
 from inspector.session.session_files import modified_ns, session_path
 from inspector.widgets.background import OneTask
 from twistcore.export.interrupted import interrupted_exports
-from twistcore.files.marks import file_mark, takes_long
-from twistcore.files.ordinary import is_there
+from twistcore.files.marks import cached_sha256, is_slow_to_hash
+from twistcore.files.ordinary import path_exists
 from twistcore.review import CarryOver, Command, Judged, LeaveOut, Review, ReviewState
 from twistcore.review.left_out import joined_spans
 
@@ -95,8 +95,8 @@ class Recovery(QObject):
             path = self._data.clip.path
             if self._look.running:
                 return
-            if stamp_of(path) != self._stamp and takes_long(path):
-                self._look.run(lambda _: file_mark(path), self._looked, self._looked)
+            if stamp_of(path) != self._stamp and is_slow_to_hash(path):
+                self._look.run(lambda _: cached_sha256(path), self._looked, self._looked)
             else:
                 self.check_clip()
 
@@ -114,7 +114,7 @@ class Recovery(QObject):
         stamp = stamp_of(data.clip.path)
         if stamp != self._stamp:
             self._stamp = stamp
-            self._changed = what_changed(data.clip, data.stamp, stamp)
+            self._changed = clip_changed_sentence(data.clip, data.stamp, stamp)
             keep = (tr("Keep the open version"), lambda: None)
             again = (tr("Open the new version"), lambda: self.open_again.emit(self._source()))
             if self._changed:
@@ -247,7 +247,7 @@ class Recovery(QObject):
     def _source(self) -> Path:
         """Return the file to open again: the clip, or its session if that has an unusual path."""
         path, session = self._open().clip.path, self._keeper.session_file
-        own = session is None or session == session_path(path) or not is_there(session)
+        own = session is None or session == session_path(path) or not path_exists(session)
         return path if own or session is None else session
 
     def _ask_about_disk(self, text: str) -> None:

@@ -10,14 +10,19 @@ from typing import Any
 
 from PySide6.QtCore import QObject, QTimer, Signal, SignalInstance
 
-from inspector.language import of_core, plural, tr
+from inspector.language import plural, tr, translate_core_sentence
 from inspector.session.leftovers import same_review
-from inspector.session.session_files import JOURNAL_SUFFIX, first_success, refuge_path, session_path
+from inspector.session.session_files import (
+    JOURNAL_SUFFIX,
+    fallback_session_path,
+    first_success,
+    session_path,
+)
 from twistcore.errors import TwistError
-from twistcore.files.atomic import free_name
+from twistcore.files.atomic import first_unused_path
 from twistcore.formats.clip import Clip
-from twistcore.review import Command, Journal, Recovered, Review, ReviewState, Sign, recover
-from twistcore.review.journal import command_to_json, state_entry
+from twistcore.review import Command, Journal, Recovered, Review, ReviewState, Sign, replay_journal
+from twistcore.review.journal import command_to_json, session_journal_entry
 
 _IDLE_MS = 300  # pause in a drag after which its last step is written
 _RETRY_MS = 5000  # time until a failed write is tried again
@@ -46,7 +51,7 @@ class KeptReview:
         read-only, the second path, in the user's home, is used.
         """
         wanted = self.session_file or session_path(self.clip.path)
-        return tuple(dict.fromkeys((wanted, refuge_path(self.clip.path))))
+        return tuple(dict.fromkeys((wanted, fallback_session_path(self.clip.path))))
 
     @property
     def all_places(self) -> tuple[Path, ...]:
@@ -106,7 +111,7 @@ class ReviewJournal(QObject):
         self._detached = True
         if path is not None:
             with suppress(TwistError):
-                recovered = recover(path, kept.clip)
+                recovered = replay_journal(path, kept.clip)
                 if same_review(kept.clip, recovered.review.state, kept.review.state):
                     self._resume(recovered)
                     return
@@ -185,7 +190,9 @@ class ReviewJournal(QObject):
             return
         if self._journal is None or kept.review.position < self._first:
             self._detached = True
-        self._append(state_entry(kept.clip, kept.review.state) if self._detached else entry)
+        self._append(
+            session_journal_entry(kept.clip, kept.review.state) if self._detached else entry
+        )
 
     def flush(self) -> None:
         """Write the last step of a drag to disk if it has not been written yet."""
@@ -262,7 +269,7 @@ class ReviewJournal(QObject):
         clip, steps = self._open.clip, max(0, self.steps - back)
 
         def begin(place: Path) -> None:
-            self._journal = Journal(free_name(place, JOURNAL_SUFFIX), clip, state, steps)
+            self._journal = Journal(first_unused_path(place, JOURNAL_SUFFIX), clip, state, steps)
             self._detached = True
 
         return self._write(lambda: first_success(self._open.places, begin))
@@ -284,7 +291,7 @@ class ReviewJournal(QObject):
             "The journal cannot be written ({why}). The last step exists only in this window.",
             "The journal cannot be written ({why}). The last {n} steps exist only in this window.",
             waiting,
-            why=of_core(str(error.strerror)),
+            why=translate_core_sentence(str(error.strerror)),
         )
         self.failing.emit(message)
 

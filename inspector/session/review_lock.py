@@ -18,8 +18,8 @@ from datetime import datetime
 from pathlib import Path
 
 from inspector.language import tr
-from twistcore.files.lock import lock
-from twistcore.files.ordinary import check_ordinary
+from twistcore.files.lock import lock_file
+from twistcore.files.ordinary import check_regular_file
 
 _NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # a link might lead to another user's file
 
@@ -76,7 +76,7 @@ class ReviewLock:
         while True:
             handle, writable = _open(self.path)
             try:
-                held = not lock(handle)
+                held = not lock_file(handle)
                 if not _same(self.path, handle):
                     continue  # the previous holder has just deleted the file
                 found = _read(handle)
@@ -141,7 +141,7 @@ class ReviewLock:
 def _open(path: Path) -> tuple[int, bool]:
     """Open or create a lock file. Return its handle and whether it is writable. Raises OSError."""
     with suppress(FileNotFoundError):
-        check_ordinary(path, path.lstat().st_mode)
+        check_regular_file(path, path.lstat().st_mode)
     try:
         return os.open(path, os.O_RDWR | os.O_CREAT | _NO_LINK, 0o666), True
     except PermissionError:

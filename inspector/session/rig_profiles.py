@@ -7,27 +7,27 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from inspector.language import of_core, tr
+from inspector.language import tr, translate_core_sentence
 from inspector.session.session_files import rename_damaged
 from inspector.session.settings import settings_path
 from twistcore.errors import FormatError, TwistError
-from twistcore.files.ordinary import is_there
+from twistcore.files.ordinary import path_exists
 from twistcore.skeleton.motion import Motion, Skeleton
-from twistcore.skeleton.rig import AS_FOUND, Rig, read_rig, skeleton_mark, write_rig
+from twistcore.skeleton.rig import AS_FOUND, Rig, read_rig, skeleton_hash, write_rig
 
 
 def rig_path(skeleton: Skeleton) -> Path:
     """Return the path of a skeleton's rig profile, which is stored with the settings."""
-    return settings_path().parent / "rigs" / f"{skeleton_mark(skeleton)[:24]}.toml"
+    return settings_path().parent / "rigs" / f"{skeleton_hash(skeleton)[:24]}.toml"
 
 
-def kept_rig(motion: Motion) -> tuple[Rig, str]:
+def load_rig_profile(motion: Motion) -> tuple[Rig, str]:
     """Return the stored rig of a motion's skeleton, and a sentence about a problem, or ''.
 
     Without a usable rig profile, the chains are found automatically. A damaged file is renamed.
     """
     path = rig_path(motion.skeleton)
-    if not is_there(path):
+    if not path_exists(path):
         return AS_FOUND, ""
     try:
         rig = read_rig(path)
@@ -37,12 +37,12 @@ def kept_rig(motion: Motion) -> tuple[Rig, str]:
     except TwistError as error:
         return AS_FOUND, tr(
             "The saved chains cannot be used, so the chains were found automatically. {error}.",
-            error=of_core(str(error)),
+            error=translate_core_sentence(str(error)),
         )
     return rig, ""
 
 
-def keep_rig(rig: Rig, skeleton: Skeleton, source: str) -> None:
+def save_rig_profile(rig: Rig, skeleton: Skeleton, source: str) -> None:
     """Write the rig profile of a skeleton, or delete it if the rig has no changes.
 
     `source` is the name of the clip that the rig was made for. Raises OSError.
@@ -59,4 +59,4 @@ def _fit(path: Path, rig: Rig, motion: Motion) -> None:
     try:
         rig.chains(motion)
     except TwistError as error:
-        raise FormatError(f"{path}: {of_core(str(error))}") from None
+        raise FormatError(f"{path}: {translate_core_sentence(str(error))}") from None

@@ -9,7 +9,7 @@ from inspector.session.clip_opener import ClipOpener
 from inspector.session.opening import Analysed
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.review import ChangeChains, ReviewState
-from twistcore.review.other_chains import changed_chains
+from twistcore.review.other_chains import chain_change_command
 from twistcore.skeleton.rig import Rig
 from twistcore.work.progress import Tell
 
@@ -67,7 +67,7 @@ class Rigs:
 
         def work(tell: Tell) -> ChangeChains:
             analysis = self._made(present, rig, present.usable(state.method), tell)
-            return changed_chains(present, analysis, state, what)
+            return chain_change_command(present, analysis, state, what)
 
         self._opener.prepare(tr("Analysing the chains of {clip}", clip=present.name), work, do)
 

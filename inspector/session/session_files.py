@@ -17,14 +17,20 @@ from typing import TypeVar
 
 import platformdirs
 
-from inspector.language import of_core, tr
+from inspector.language import tr, translate_core_sentence
 from twistcore.errors import TwistError
 from twistcore.export.exported_clips import REPLAY_SUFFIX, clip_of_session
-from twistcore.files.atomic import free_name, write_atomically
-from twistcore.files.document_values import bytes_of, has, items, parsed_json, path_text
+from twistcore.files.atomic import first_unused_path, write_atomically
+from twistcore.files.document_values import (
+    check_keys,
+    check_list,
+    check_path_string,
+    parsed_json,
+    read_bytes_limited,
+)
 from twistcore.files.encoding import json_bytes
-from twistcore.files.ordinary import is_there, own_folder, read_file, real_path
-from twistcore.formats.reading import file_prefix, same_format
+from twistcore.files.ordinary import path_exists, read_file, real_path, user_folder
+from twistcore.formats.reading import companion_file_prefix, same_format
 
 _Made = TypeVar("_Made")
 
@@ -42,12 +48,12 @@ _POINTER_SUFFIX = ".elsewhere.json"
 
 def session_path(clip: Path) -> Path:
     """Return the default path of a clip's session."""
-    return clip.with_name(file_prefix(clip) + SESSION_SUFFIX)
+    return clip.with_name(companion_file_prefix(clip) + SESSION_SUFFIX)
 
 
 def replay_path(export: Path) -> Path:
     """Return the path of the session that is saved with an export to make it repeatable."""
-    return export.with_name(file_prefix(export) + REPLAY_SUFFIX)
+    return export.with_name(companion_file_prefix(export) + REPLAY_SUFFIX)
 
 
 def is_session(path: Path) -> bool:
@@ -55,17 +61,17 @@ def is_session(path: Path) -> bool:
     return _SESSION.fullmatch(path.name) is not None
 
 
-def refuge_path(clip: Path) -> Path:
+def fallback_session_path(clip: Path) -> Path:
     """Return the path, in the user's home, for the session of a clip in a read-only folder."""
     mark = hashlib.sha256(os.fsencode(real_path(clip))).hexdigest()[:12]
-    name = file_prefix(clip)
+    name = companion_file_prefix(clip)
     if len(os.fsencode(name)) > _LONGEST_NAME:  # room for the endings of journal and lock
         name = name[:20]
     return _refuge() / f"{name}-{mark}{SESSION_SUFFIX}"
 
 
 def _refuge() -> Path:
-    return own_folder(partial(platformdirs.user_state_path, "twist-inspector", appauthor=False))
+    return user_folder(partial(platformdirs.user_state_path, "twist-inspector", appauthor=False))
 
 
 def first_success(
@@ -88,22 +94,24 @@ def first_success(
     raise trouble
 
 
-def kept_sessions(clip: Path) -> list[Path]:
+def find_existing_sessions(clip: Path) -> list[Path]:
     """Return the existing sessions of a clip, the latest first.
 
     Sessions may be next to the clip, in the user's home, or where "Save as" last saved one.
     Sessions of a clip with the same name in another format are ignored. Earlier versions did not
     include the format in the session's name; such a session is used only if there is no other.
     """
-    refuge = refuge_path(clip)
+    refuge = fallback_session_path(clip)
     places = [session_path(clip), refuge]
     with suppress(TwistError):
-        document = parsed_json(bytes_of(_pointer(refuge)))
-        places.append(Path(path_text(has(document, "session")["session"], "session")))
+        document = parsed_json(read_bytes_limited(_pointer(refuge)))
+        places.append(
+            Path(check_path_string(check_keys(document, "session")["session"], "session"))
+        )
     there = [
         p
         for p in dict.fromkeys(places)
-        if is_there(p) and same_format(clip_of_session(p) or clip, clip)
+        if path_exists(p) and same_format(clip_of_session(p) or clip, clip)
     ]
     old = clip.with_name(clip.stem + SESSION_SUFFIX)
     if not there and clip_of_session(old) == clip.name:
@@ -111,9 +119,9 @@ def kept_sessions(clip: Path) -> list[Path]:
     return sorted(there, key=modified_ns, reverse=True)
 
 
-def remember_place(clip: Path, session: Path) -> None:
+def remember_session_path(clip: Path, session: Path) -> None:
     """Store the path at which a clip's session was saved, unless it is one of the default paths."""
-    refuge = refuge_path(clip)
+    refuge = fallback_session_path(clip)
     if session not in (session_path(clip), refuge):
         with suppress(OSError):
             refuge.parent.mkdir(parents=True, exist_ok=True)
@@ -153,7 +161,7 @@ def modified_ns(path: Path) -> int:
         return 0
 
 
-def make_latest(path: Path, others: Iterable[Path]) -> None:
+def ensure_latest_modification_time(path: Path, others: Iterable[Path]) -> None:
     """Make sure that a newly written file has a later modification time than the other files.
 
     A change is needed only if the clock was set back or another computer wrote the other files.
@@ -169,18 +177,22 @@ def rename_damaged(path: Path, why: str) -> str:
 
     `why` is a description of the damage.
     """
-    aside = free_name(path, ".damaged")
+    aside = first_unused_path(path, ".damaged")
     try:
         path.replace(aside)
     except OSError as error:
-        trouble = of_core(str(error.strerror))
+        trouble = translate_core_sentence(str(error.strerror))
         return tr(
-            "{why}. The file could not be renamed ({trouble}).", why=of_core(why), trouble=trouble
+            "{why}. The file could not be renamed ({trouble}).",
+            why=translate_core_sentence(why),
+            trouble=trouble,
         )
-    return tr("{why}. The file was renamed to {name}.", why=of_core(why), name=aside.name)
+    return tr(
+        "{why}. The file was renamed to {name}.", why=translate_core_sentence(why), name=aside.name
+    )
 
 
-def write_known(path: Path, data: bytes, known: dict[Path, str]) -> str:
+def write_session_with_backup(path: Path, data: bytes, known: dict[Path, str]) -> str:
     """Write a session and return a sentence about a copy of the previous file, or ''.
 
     The previous file is copied if it contains a review that this program has neither read nor
@@ -188,10 +200,10 @@ def write_known(path: Path, data: bytes, known: dict[Path, str]) -> str:
     it, and is updated. If OSError is raised, the previous file is not changed.
     """
     message = ""
-    if is_there(path):
+    if path_exists(path):
         there = read_file(path)
         if hashlib.sha256(there).hexdigest() != known.get(path):
-            kept = free_name(path, ".earlier")
+            kept = first_unused_path(path, ".earlier")
             write_atomically(kept, there)
             message = tr(
                 "{name} contained another review, which was kept as {kept}.",
@@ -210,8 +222,8 @@ def decided_counts(clip: Path) -> tuple[int, int] | None:
     Returns None if there is no readable session.
     """
     with suppress(IndexError, TwistError):
-        document = parsed_json(bytes_of(kept_sessions(clip)[0]))
-        intervals = items(has(document, "intervals")["intervals"], "intervals")
-        decisions = [has(i, "decision")["decision"] for i in intervals]
+        document = parsed_json(read_bytes_limited(find_existing_sessions(clip)[0]))
+        intervals = check_list(check_keys(document, "intervals")["intervals"], "intervals")
+        decisions = [check_keys(i, "decision")["decision"] for i in intervals]
         return sum(d != "undecided" for d in decisions), len(decisions)
     return None

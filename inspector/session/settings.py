@@ -23,8 +23,8 @@ import platformdirs
 from inspector.language import tr
 from inspector.session import settings_checks as checks
 from inspector.session.settings_checks import Check
-from twistcore.files.atomic import free_name, write_atomically
-from twistcore.files.ordinary import own_folder, read_file, real_path
+from twistcore.files.atomic import first_unused_path, write_atomically
+from twistcore.files.ordinary import read_file, real_path, user_folder
 
 RECENT = 10
 STEPS = (2, 1000)  # range of frames for Ctrl+arrow
@@ -182,8 +182,8 @@ CHECKS: dict[str, Check] = {
     "theme": checks.any_of("system", "light", "dark"),
     "recent": checks.first_of(checks.file_path, RECENT),
     "reviewer": checks.text_up_to(1000),
-    "geometry": checks.sealed_bytes(100_000),
-    "layout": checks.sealed_bytes(1_000_000),
+    "geometry": checks.hex_with_checksum(100_000),
+    "layout": checks.hex_with_checksum(1_000_000),
     "first_frame": checks.whole_between(0, 1),
     "step": checks.whole_between(*STEPS),
     "keys": checks.last_by(checks.text_up_to(100), checks.list_of(checks.text_up_to(100), 8), 1000),
@@ -218,7 +218,7 @@ def settings_path() -> Path:
     if moved := os.environ.get("TWIST_INSPECTOR_SETTINGS"):
         return Path(moved)
     find = partial(platformdirs.user_config_path, "twist-inspector", appauthor=False)
-    return own_folder(find) / "settings.json"
+    return user_folder(find) / "settings.json"
 
 
 def load_settings(path: Path) -> tuple[Settings, str]:
@@ -273,7 +273,7 @@ def settings_from_json(data: bytes) -> tuple[Settings, tuple[str, ...]]:
                 damaged.append(name)
         except ValueError:
             damaged.append(name)
-    others = checks.last_by(checks.text_up_to(100), checks.shallow, 100)(document)
+    others = checks.last_by(checks.text_up_to(100), checks.shallow_json, 100)(document)
     if len(others) < len(document):
         damaged.append("unknown to this version")
     of_features = {name: values.pop(name) for name in _of_features if name in values}
@@ -287,7 +287,7 @@ def save_settings(path: Path, settings: Settings) -> str:
     document = asdict(settings)
     document = {**document.pop("of_others"), **document.pop("of_features"), **document}
     for name in ("geometry", "layout"):
-        document[name] = checks.sealed(document[name])
+        document[name] = checks.append_hex_checksum(document[name])
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         # Write ASCII, because lone surrogates (from paths that are not UTF-8) need escapes.
@@ -375,6 +375,6 @@ def _set_aside(path: Path, data: bytes) -> Path:
     for aside in path.parent.glob(f"{glob.escape(path.name)}.damaged*"):
         if aside.is_file() and read_file(aside) == data:
             return aside
-    aside = free_name(path, ".damaged")
+    aside = first_unused_path(path, ".damaged")
     write_atomically(aside, data)
     return aside

@@ -87,7 +87,7 @@ def file_path_or_none(value: Any) -> str:
     return "" if value == "" else file_path(value)
 
 
-def sealed_bytes(longest: int) -> Check:
+def hex_with_checksum(longest: int) -> Check:
     """Return a check that accepts hexadecimal digits and removes the checksum after them.
 
     `longest` is the maximum number of characters.
@@ -96,14 +96,14 @@ def sealed_bytes(longest: int) -> Check:
     def unsealed(value: str) -> str:
         digits, _, _ = value.partition(_SEAL)
         bytes.fromhex(digits)
-        if value not in (digits, sealed(digits)):  # earlier versions wrote no checksum
+        if value not in (digits, append_hex_checksum(digits)):  # earlier versions wrote no checksum
             raise ValueError
         return digits
 
     return _of(str, good=lambda value: len(value) <= longest and value.isascii(), keep=unsealed)
 
 
-def sealed(digits: str) -> str:
+def append_hex_checksum(digits: str) -> str:
     """Return hexadecimal digits with a checksum appended.
 
     The checksum detects damaged data, which would crash Qt.
@@ -154,7 +154,7 @@ def record(**checks: Check) -> Check:
     )
 
 
-def shallow(value: Any, depth: int = 20) -> Any:
+def shallow_json(value: Any, depth: int = 20) -> Any:
     """Return a JSON value if it is nested at most `depth` levels deep and all numbers are finite.
 
     Raises ValueError if not.
@@ -165,7 +165,7 @@ def shallow(value: Any, depth: int = 20) -> Any:
         if not depth:
             raise ValueError
         for entry in value.values() if isinstance(value, dict) else value:
-            shallow(entry, depth - 1)
+            shallow_json(entry, depth - 1)
     return value
 
 

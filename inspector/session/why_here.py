@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from inspector.language import of_core
+from inspector.language import translate_core_sentence
 from inspector.session.document import Document
 from twistcore.analysis.clip_analysis import Detection
 from twistcore.analysis.why_not import (
     Reason,
     Why,
-    peaks_without_interval,
     unexplained_peaks,
-    why_not,
+    why_no_interval_edge,
+    why_peaks_lack_interval,
 )
 
 NEAR = 3  # frames; a peak within this distance of the playhead is explained
 
 
-def reviewed(document: Document) -> Detection | None:
+def review_as_detection(document: Document) -> Detection | None:
     """Return the review's intervals and τ as a detection.
 
     Returns None if no clip is open or the review's detector is not ready yet, and also in an
@@ -38,7 +38,7 @@ def peak_near(document: Document, frame: int, reach: float = NEAR) -> int | None
 
     `reach` is the largest distance from `frame`, in frames.
     """
-    if (found := reviewed(document)) is None or document.chain not in found.tau:
+    if (found := review_as_detection(document)) is None or document.chain not in found.tau:
         return None
     peaks = unexplained_peaks(found, document.chain)
     nearest = min(peaks, key=lambda t: abs(t - frame), default=None)
@@ -50,9 +50,9 @@ def reason_here(document: Document, frame: int) -> Reason | None:
 
     Returns None if nothing can be explained, for example if no clip is open.
     """
-    if (found := reviewed(document)) is None or document.chain not in found.tau:
+    if (found := review_as_detection(document)) is None or document.chain not in found.tau:
         return None
-    return why_not(found, document.chain, frame, first=document.first_frame)
+    return why_no_interval_edge(found, document.chain, frame, first=document.first_frame)
 
 
 def reason_near(document: Document, frame: int) -> Reason | None:
@@ -71,12 +71,12 @@ def reason_near(document: Document, frame: int) -> Reason | None:
 
 def reason_sentence(document: Document, reason: Reason) -> str:
     """Return the reason as a sentence that begins with the chain's name."""
-    label = of_core(document.find_chain(reason.chain).label)
-    return f"{label}: {of_core(reason.text)}"
+    label = translate_core_sentence(document.find_chain(reason.chain).label)
+    return f"{label}: {translate_core_sentence(reason.text)}"
 
 
-def peaks(document: Document) -> Iterator[Reason]:
+def reasons_at_unexplained_peaks(document: Document) -> Iterator[Reason]:
     """Yield, chain by chain, a reason for each strength peak above τ outside all intervals."""
-    if (found := reviewed(document)) is not None:
+    if (found := review_as_detection(document)) is not None:
         for chain in found.chains_and_limbs:
-            yield from peaks_without_interval(found, chain.name, first=document.first_frame)
+            yield from why_peaks_lack_interval(found, chain.name, first=document.first_frame)

@@ -10,8 +10,13 @@ import numpy as np
 
 from inspector.language import tr, tr_as
 from inspector.teaching.symbols import MARKS
-from inspector.teaching.taught_frame import FrameNumbers, degree_text, numbers, reliable
-from inspector.widgets.signed_numbers import plain
+from inspector.teaching.taught_frame import (
+    FrameNumbers,
+    degree_text,
+    padded_vector_text,
+    reliability_text,
+)
+from inspector.widgets.signed_numbers import format_number
 from twistcore.analysis.decomposition import UNDEFINED, Decomposition, FrameCorrection
 
 NEAR_SWING = 0.10  # if the reliability of θp is smaller, it is shown: a swing beyond 168°
@@ -57,7 +62,7 @@ class Equation:
         if self.shown is not None:
             return self.shown(of)
         value = getattr(of.frame, self.symbol)
-        return numbers(value) if isinstance(value, np.ndarray) else degree_text(value)
+        return padded_vector_text(value) if isinstance(value, np.ndarray) else degree_text(value)
 
 
 @dataclass(frozen=True)
@@ -98,7 +103,7 @@ def _dtheta_p(of: FrameNumbers) -> str:
 
 def _across(of: FrameNumbers) -> str:
     d = of.frame
-    return numbers(d.across) + (
+    return padded_vector_text(d.across) + (
         tr(", no\u00a0direction") if d.azimuth_reliability <= UNDEFINED else ""
     )
 
@@ -132,7 +137,7 @@ def _strength(of: FrameNumbers) -> str:
     if not of.frame.strength_is_defined:
         return _UNDEFINED
     m, tau = of.frame.strength, of.correction.tau
-    return f"{_unsigned(m)} {'≥' if m >= tau else '<'} τ {plain(np.degrees(tau))}°"
+    return f"{_unsigned(m)} {'≥' if m >= tau else '<'} τ {format_number(np.degrees(tau))}°"
 
 
 def _err(of: FrameNumbers) -> str:
@@ -147,7 +152,7 @@ def _offset(of: FrameNumbers) -> str:
 
 def _taken(of: FrameNumbers) -> str:
     c = of.correction
-    fields = {"share": plain(100.0 * c.applied, 0), "whole": degree_text(c.whole)}
+    fields = {"share": format_number(100.0 * c.applied, 0), "whole": degree_text(c.whole)}
     if of.own:
         text = tr(
             "{share} % of the interval’s {whole}: {taken}", **fields, taken=degree_text(c.taken)
@@ -158,7 +163,7 @@ def _taken(of: FrameNumbers) -> str:
 
 
 def _apart(c: FrameCorrection) -> str:
-    return tr("{angle}° apart", angle=plain(np.degrees(c.difference), 3))
+    return tr("{angle}° apart", angle=format_number(np.degrees(c.difference), 3))
 
 
 def _unsigned(angle: float) -> str:
@@ -166,7 +171,7 @@ def _unsigned(angle: float) -> str:
 
 
 def _unsure(reliability: float, near: float) -> str:
-    return f" ({reliable(reliability)})" if reliability < near else ""
+    return f" ({reliability_text(reliability)})" if reliability < near else ""
 
 
 SECTIONS = (
@@ -180,7 +185,9 @@ SECTIONS = (
                 "n",
                 r"(\mathbf{a}\times\mathbf{w})\,/\,\Vert\mathbf{a}\times\mathbf{w}\Vert",
                 "4",
-                shown=lambda of: numbers(of.frame.n) if of.frame.n_is_defined else _UNDEFINED,
+                shown=lambda of: (
+                    padded_vector_text(of.frame.n) if of.frame.n_is_defined else _UNDEFINED
+                ),
             ),
             Equation(
                 "alpha",
@@ -192,7 +199,7 @@ SECTIONS = (
                 "swing",
                 r"\cos\frac{\alpha}{2}+\sin\frac{\alpha}{2}\,\mathbf{n}",
                 "6",
-                shown=_of_one_swing(lambda d: numbers(d.swing)),
+                shown=_of_one_swing(lambda d: padded_vector_text(d.swing)),
             ),
             Equation(
                 "twist",
@@ -202,7 +209,7 @@ SECTIONS = (
                     "printed as q_P q_swing⁻¹, which is the twist about w: the same angle, but a "
                     "different quaternion"
                 ),
-                shown=_of_one_swing(lambda d: numbers(d.twist)),
+                shown=_of_one_swing(lambda d: padded_vector_text(d.twist)),
             ),
             Equation(
                 "theta_p",
@@ -265,13 +272,13 @@ SECTIONS = (
                 "parent_after",
                 r"q_P\,R_{\mathbf{a}}(-\delta)",
                 "",
-                shown=lambda of: numbers(of.correction.parent_after),
+                shown=lambda of: padded_vector_text(of.correction.parent_after),
             ),
             Equation(
                 "child_after",
                 r"{q\mathrm{ʹ}_P}^{-1}\,q_P\,q_C",
                 "15",
-                shown=lambda of: numbers(of.correction.child_after),
+                shown=lambda of: padded_vector_text(of.correction.child_after),
             ),
             Equation(
                 "check",
@@ -292,7 +299,7 @@ OTHER_FORMS = {  # other forms of the parent's rotation as TeX, see other_forms
 }
 
 
-def typeset_texts() -> tuple[str, ...]:
+def teaching_tab_formulas() -> tuple[str, ...]:
     """Return all TeX formulas that the teaching tab shows."""
     equations = [e.right for section in SECTIONS for e in section.rows]
     return tuple(

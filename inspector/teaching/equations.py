@@ -25,9 +25,9 @@ from PySide6.QtWidgets import QAbstractButton, QGridLayout, QLabel, QSizePolicy,
 from inspector.language import tr
 from inspector.teaching.equation_table import SECTIONS, Equation
 from inspector.teaching.section_head import SectionHead
-from inspector.teaching.symbols import SYMBOLS, colour
+from inspector.teaching.symbols import SYMBOLS, symbol_family_colour
 from inspector.teaching.taught_frame import TaughtFrame
-from inspector.widgets.building import RIGHT, Wrapping, hbox, soft
+from inspector.widgets.building import RIGHT, Wrapping, hbox, use_secondary_text_colour
 from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.theme import Colours, figures_font
 from inspector.widgets.typeset import EM, Typesetter
@@ -116,7 +116,7 @@ class SymbolButton(QAbstractButton):
 
     def _inked(self) -> None:
         theme, family = self._colours.theme, "bone" if self._calm else SYMBOLS[self.symbol].family
-        self._ink, self._paper = colour(family, theme), theme.surface
+        self._ink, self._paper = symbol_family_colour(family, theme), theme.surface
         self.update()
 
     def set_spoken(self, value: str) -> None:
@@ -210,7 +210,7 @@ class Equations(QWidget):
             for equation in section.rows:
                 self._add(grid, row, equation, typesetter)
                 row += 1
-        self.conventions = soft(QLabel(_CONVENTIONS, wordWrap=True))
+        self.conventions = use_secondary_text_colour(QLabel(_CONVENTIONS, wordWrap=True))
         self.conventions.setContentsMargins(4, 4, 0, 0)
         grid.addWidget(self.conventions, row, 0, 1, 4)
         grid.setColumnStretch(2, 1)
@@ -230,7 +230,7 @@ class Equations(QWidget):
         value.setFont(figures_font(_FIGURES))
         star = "*" if equation.corrected else ""
         text = f"({equation.number}){star}" if equation.number else ""
-        number = soft(_InRow(text, alignment=RIGHT))
+        number = use_secondary_text_colour(_InRow(text, alignment=RIGHT))
         number.setContentsMargins(2, 0, 0, 0)
         if equation.corrected:
             number.setToolTip(

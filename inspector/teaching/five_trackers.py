@@ -13,7 +13,7 @@ from twistcore.skeleton.rotation import Array, geodesic_angle, quaternion_from_a
 from twistcore.study.quamo.representations import (
     REPRESENTATIONS,
     Representation,
-    coordinates,
+    rotation_coordinates,
     track_coordinates,
 )
 
@@ -23,7 +23,7 @@ FRAMES = 101
 _TRACKED = ("axis-angle, raw", "Euler XYZ, raw", "Euler XYZ, wrapped")
 
 
-def turning(speed: float) -> Array:
+def fixed_axis_rotations(speed: float) -> Array:
     """Return the rotations of a joint about a fixed axis as quaternions, (FRAMES, 4).
 
     `speed` is in turns per second. The rotation starts slowly.
@@ -51,7 +51,7 @@ def tracker_errors(q_hat: Array) -> dict[str, Array]:
 
 def euler_angles(q_hat: Array) -> Array:
     """Return the input quaternions as Euler angles XYZ in degrees, (frames, 3), not unwrapped."""
-    return np.degrees(coordinates(q_hat, Representation("", "XYZ")))
+    return np.degrees(rotation_coordinates(q_hat, Representation("", "XYZ")))
 
 
 def _quaternion(q_hat: Array, gains: Gains, integration: str) -> Array:

@@ -7,11 +7,16 @@ from PySide6.QtCore import QSignalBlocker, Qt
 from PySide6.QtWidgets import QGridLayout, QLabel, QSlider, QSpinBox, QWidget
 
 from inspector.language import tr
-from inspector.teaching.five_trackers import FRAMES, euler_angles, tracker_errors, turning
-from inspector.widgets.axes import root_scale
-from inspector.widgets.building import hbox, soft, vbox
-from inspector.widgets.labels import Caption, SteadyLabel, inked
-from inspector.widgets.signed_numbers import signed
+from inspector.teaching.five_trackers import (
+    FRAMES,
+    euler_angles,
+    fixed_axis_rotations,
+    tracker_errors,
+)
+from inspector.widgets.axes import degrees_to_root_scale
+from inspector.widgets.building import hbox, use_secondary_text_colour, vbox
+from inspector.widgets.labels import Caption, SteadyLabel, coloured_rich_text
+from inspector.widgets.signed_numbers import format_signed_number
 from inspector.widgets.theme import Colours
 from inspector.widgets.traces import Trace, TracePlot
 from twistcore.skeleton.rotation import Array
@@ -86,7 +91,9 @@ class FiveTrackers(QWidget):
         self.plots: dict[str, TracePlot] = {}
         for column, name in enumerate(_WORDS):
             title, plot = Caption(), TracePlot(self._colours, root=True)
-            note = soft(QLabel(_WORDS[name], wordWrap=True, alignment=Qt.AlignmentFlag.AlignTop))
+            note = use_secondary_text_colour(
+                QLabel(_WORDS[name], wordWrap=True, alignment=Qt.AlignmentFlag.AlignTop)
+            )
             plot.setAccessibleName(
                 tr("{tracker}: distance from the input over time", tracker=_TITLES[name])
             )
@@ -104,7 +111,7 @@ class FiveTrackers(QWidget):
 
     def refresh(self) -> None:
         """Compute the joint's rotation and the outputs of the filters, and show them."""
-        q_hat = turning(0.01 * self.slider.value())
+        q_hat = fixed_axis_rotations(0.01 * self.slider.value())
         self.found = tracker_errors(q_hat)
         self.angles = euler_angles(q_hat)
         x = np.arange(FRAMES, dtype=np.float64)
@@ -114,8 +121,8 @@ class FiveTrackers(QWidget):
         top = max(float(distance.max()) for distance in self.found.values())
         for name, plot in self.plots.items():
             role = "after" if name.startswith("Quaternion") else "before"
-            plot.show_lines([Trace(x, root_scale(self.found[name]), role)])
-            plot.show_range(FRAMES, 0.0, float(root_scale(max(top, 10.0))))
+            plot.show_lines([Trace(x, degrees_to_root_scale(self.found[name]), role)])
+            plot.show_range(FRAMES, 0.0, float(degrees_to_root_scale(max(top, 10.0))))
         speed = tr("{turns:.2f} turns/s", turns=0.01 * self.slider.value())
         self.speed.setText(speed)
         self.words.set_text(
@@ -135,10 +142,13 @@ class FiveTrackers(QWidget):
         for plot in (self.input, *self.plots.values()):
             plot.show_frame(self.frame)
         angles = [
-            f"{n} {signed(self.angles[self.frame, k], 0)}°" for k, (n, _) in enumerate(_EULER)
+            f"{n} {format_signed_number(self.angles[self.frame, k], 0)}°"
+            for k, (n, _) in enumerate(_EULER)
         ]
         inks = [getattr(self._colours.theme, role) for _, role in _EULER]
-        keys = " &nbsp; ".join(inked(f"━ {t}", ink) for t, ink in zip(angles, inks, strict=True))
+        keys = " &nbsp; ".join(
+            coloured_rich_text(f"━ {t}", ink) for t, ink in zip(angles, inks, strict=True)
+        )
         self.input_words.set_text(f"{tr('The input as XYZ Euler angles')} &nbsp; {keys}")
         self.input.setAccessibleDescription(", ".join(angles))
         for name, title in self.titles.items():

@@ -7,16 +7,24 @@ from PySide6.QtCore import QRectF
 from vtkmodules.vtkRenderingCore import vtkRenderer
 from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer
 
-from inspector.language import of_core, tr
+from inspector.language import tr, translate_core_sentence
 from inspector.session.open_clip import Show
 from inspector.teaching import gizmo_joints
 from inspector.teaching.equation_table import NEAR_SWING
-from inspector.teaching.gizmo_family import add_family
-from inspector.teaching.gizmo_handles import handles
+from inspector.teaching.gizmo_family import add_swing_axis_fan
+from inspector.teaching.gizmo_handles import place_gizmo_handles
 from inspector.teaching.gizmo_hold import Hold
 from inspector.teaching.gizmo_labels import Labels
-from inspector.teaching.gizmo_shapes import BOLD, CLEAR, SOLID, THIN, GizmoPart, Sketch, sketch
-from inspector.teaching.symbols import MARKS, colour
+from inspector.teaching.gizmo_shapes import (
+    BOLD,
+    CLEAR,
+    SOLID,
+    THIN,
+    GizmoPart,
+    Sketch,
+    sketch_gizmo,
+)
+from inspector.teaching.symbols import MARKS, symbol_family_colour
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.viewport.bone_colours import rgb
 from inspector.viewport.camera import OrbitCamera
@@ -26,7 +34,7 @@ from inspector.viewport.mesh_actor import Piece
 from inspector.viewport.scene import AXES, Scene
 from inspector.viewport.solid_and_ghost import Pose
 from inspector.viewport.viewport import Viewport
-from inspector.widgets.labels import bold, inked
+from inspector.widgets.labels import bold, coloured_rich_text
 from inspector.widgets.typeset import Typesetter
 from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate
 
@@ -49,7 +57,7 @@ _TOGETHER = {
 }
 
 
-def lit_parts(symbol: str) -> frozenset[str]:
+def highlighted_gizmo_symbols(symbol: str) -> frozenset[str]:
     """Return the symbols whose gizmo parts are highlighted together with `symbol`.
 
     For '', the result is empty.
@@ -88,18 +96,23 @@ class GizmoGuest:
     def legend(self) -> str:
         """Return the legend of the 3D view as rich text."""
         theme, chain, stage = self._viewport.theme, self._taught.chain, self._taught.stage
-        name = f"{bold(of_core(chain.label))}&nbsp;&nbsp; " if chain is not None else ""
-        captured = f"{inked('□', theme.before)}&nbsp;{tr('as captured')}"
+        name = (
+            f"{bold(translate_core_sentence(chain.label))}&nbsp;&nbsp; "
+            if chain is not None
+            else ""
+        )
+        captured = f"{coloured_rich_text('□', theme.before)}&nbsp;{tr('as captured')}"
         if stage is not None:
             return (
-                f"{name}{captured}&nbsp;&nbsp; {inked('■', theme.after)}&nbsp;{_stage_words(stage)}"
+                f"{name}{captured}&nbsp;&nbsp; "
+                f"{coloured_rich_text('■', theme.after)}&nbsp;{_stage_words(stage)}"
             )
         d = self._taught.quantities
         near = d is not None and d.swing_reliability < NEAR_SWING
         family = f"<br>{_FAMILY}" if near else ""
         if not self._taught.what_if.changes:
             return f"{name}{tr('as captured')}{family}"
-        altered = f"{inked('■', theme.after)}&nbsp;{tr('what if')}"
+        altered = f"{coloured_rich_text('■', theme.after)}&nbsp;{tr('what if')}"
         return f"{name}{captured}&nbsp;&nbsp; {altered}{family}"
 
     def draw(self, scene: Scene, pose: Pose, camera: OrbitCamera) -> None:
@@ -116,7 +129,7 @@ class GizmoGuest:
         assert d is not None
         parent = chain.parent
         self.hold.show_places(
-            handles(d, pose.rotations[parent], pose.positions[parent], shapes.unit)
+            place_gizmo_handles(d, pose.rotations[parent], pose.positions[parent], shapes.unit)
         )
         self._triads.show(self._viewport.drawing.looks.triads)
         self._triads.move(gizmo_joints.triads(chain, pose.rotations, pose.positions, shapes.unit))
@@ -126,7 +139,7 @@ class GizmoGuest:
         legend = self._viewport.overlays.legend
         self.labels.show_marks(
             shapes.marks, camera, QRectF(left, 0, width, height), self._viewport.theme,
-            lit_parts(self._taught.lit), QRectF(legend.geometry()),
+            highlighted_gizmo_symbols(self._taught.lit), QRectF(legend.geometry()),
         )  # fmt: skip
 
     def aim(self, scene: Scene) -> tuple[Array, Array] | None:
@@ -189,8 +202,8 @@ class GizmoGuest:
             reach = float(np.linalg.norm(pose.positions[chain.grandchild] - child))
         q_parent = pose.rotations[chain.parent]
         staged = self._taught.stage is not None
-        shapes = sketch(d, q_parent, parent, child, reach, 0.06 * scene.height, staged=staged)
-        add_family(shapes, d, q_parent, parent)
+        shapes = sketch_gizmo(d, q_parent, parent, child, reach, 0.06 * scene.height, staged=staged)
+        add_swing_axis_fan(shapes, d, q_parent, parent)
         gizmo_joints.name_joints(shapes, chain, pose.positions)
         return shapes
 
@@ -231,7 +244,7 @@ class GizmoGuest:
         self._triads.add_to(layer)
 
     def _paint(self) -> None:
-        theme, lit = self._viewport.theme, lit_parts(self._taught.lit)
+        theme, lit = self._viewport.theme, highlighted_gizmo_symbols(self._taught.lit)
         if (theme, lit) == self._painted:
             return
         self._painted = theme, lit
@@ -239,7 +252,7 @@ class GizmoGuest:
         inks: dict[str, list[Array]] = {look: [] for look in self._pieces}
         for part in self._parts:
             strength = part.share * (1.0 if not lit or part.symbol in lit else _DIMMED)
-            ink = rgb(colour(MARKS[part.symbol].family, theme))
+            ink = rgb(symbol_family_colour(MARKS[part.symbol].family, theme))
             clear = np.array([*ink, round(255 * strength)])
             seen = clear if part.look == CLEAR else (paper + strength * (ink - paper)).round()
             inks[part.look].append(np.tile(seen, (len(part.points), 1)))

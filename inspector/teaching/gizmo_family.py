@@ -19,10 +19,10 @@ from inspector.teaching.gizmo_shapes import (
     GizmoPart,
     Mark,
     Sketch,
-    turned,
+    rotate_perpendicular_vector,
 )
 from inspector.viewport.mesh_actor import Index, segments
-from inspector.widgets.signed_numbers import signed
+from inspector.widgets.signed_numbers import format_signed_number
 from twistcore.analysis.decomposition import Decomposition
 from twistcore.analysis.decomposition.directions import perpendicular
 from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate, wrap
@@ -33,18 +33,18 @@ _OUT, _SIZE = 0.62, 0.13  # distance of the dials from the parent, and their rad
 _TURNS: Array = np.linspace(0.0, 2.0 * np.pi, MEMBERS, endpoint=False)
 
 
-def family(d: Decomposition) -> tuple[Array, Array]:
+def equivalent_swing_axes(d: Decomposition) -> tuple[Array, Array]:
     """Return several swing axes n and, for each, the θp that gives the same pose.
 
     The axes, (MEMBERS, 3), are unit vectors in the coordinates of the joint above the parent; the
     angles, (MEMBERS,), are in radians. The first pair is the (n, θp) of the frame itself.
     """
     n = d.n if d.n.any() else perpendicular(d.a)
-    normals: Array = turned(n, d.a, _TURNS[:, None])
+    normals: Array = rotate_perpendicular_vector(n, d.a, _TURNS[:, None])
     return normals, np.asarray(wrap(d.theta_p + 2.0 * _TURNS))
 
 
-def add_family(out: Sketch, d: Decomposition, q_parent: Array, parent: Array) -> None:
+def add_swing_axis_fan(out: Sketch, d: Decomposition, q_parent: Array, parent: Array) -> None:
     """Add a fan of swing axes around the parent to `out`, each with a dial for its θp.
 
     The fan is visible only if the swing is close to 180°. All hands of the dials point in the same
@@ -54,7 +54,7 @@ def add_family(out: Sketch, d: Decomposition, q_parent: Array, parent: Array) ->
     sectors, hands = np.zeros((MEMBERS, _STEPS + 2, 3)), np.zeros((MEMBERS, 2, 3))
     if d.swing_reliability < NEAR_SWING:
         above = multiply(q_parent, conjugate(d.q))
-        normals, angles = family(d)
+        normals, angles = equivalent_swing_axes(d)
         zero = 2.0 * (normals @ perpendicular(d.a))[:, None] * normals - perpendicular(d.a)
         ways, zero, axis = rotate(above, normals), rotate(above, zero), rotate(above, -d.a)
         centres = _OUT * out.unit * ways
@@ -67,7 +67,7 @@ def add_family(out: Sketch, d: Decomposition, q_parent: Array, parent: Array) ->
         hands[:, 0], hands[:, 1] = centres, centres + 1.25 * (sectors[:, -1] - centres)
         for way, angle in zip(ways, angles, strict=True):
             at = parent + (_OUT + _SIZE) * out.unit * way
-            words = f"{signed(float(np.degrees(angle)), 0)}°"
+            words = f"{format_signed_number(float(np.degrees(angle)), 0)}°"
             out.marks.append(Mark("theta_p", at, parent, words))
     for symbol, look, lines, share in (
         ("n", THIN, spokes, 0.8),

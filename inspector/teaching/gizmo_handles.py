@@ -70,7 +70,7 @@ class Handles:
         return rotate(conjugate(self.above), way)
 
 
-def handles(d: Decomposition, q_parent: Array, parent: Array, unit: float) -> Handles:
+def place_gizmo_handles(d: Decomposition, q_parent: Array, parent: Array, unit: float) -> Handles:
     """Return the handles of a gizmo that `gizmo_shapes.sketch` draws from the same values.
 
     Parameters

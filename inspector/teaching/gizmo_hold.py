@@ -18,7 +18,7 @@ from PySide6.QtWidgets import QToolTip, QWidget
 
 from inspector.language import tr
 from inspector.teaching.gizmo_handles import DIAL, Handles, SwingDrag, TwistDrag, W, handle_at
-from inspector.teaching.symbols import MARKS, colour
+from inspector.teaching.symbols import MARKS, symbol_family_colour
 from inspector.teaching.taught_frame import TaughtFrame, degree_text
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.theme import Theme, figures_font
@@ -293,7 +293,7 @@ class Knobs(QWidget):
         """Draw the edge of the dial and both knobs in the colours of their symbols."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        inks = {k: QColor(colour(MARKS[k].family, self._theme)) for k in (W, DIAL)}
+        inks = {k: QColor(symbol_family_colour(MARKS[k].family, self._theme)) for k in (W, DIAL)}
         if self._under == DIAL:
             wide = QColor(inks[DIAL])
             wide.setAlpha(110)

@@ -20,7 +20,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QWidget
 
 from inspector.teaching.gizmo_shapes import Mark
-from inspector.teaching.symbols import MARKS, colour
+from inspector.teaching.symbols import MARKS, symbol_family_colour
 from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.lights import background
 from inspector.widgets.theme import Theme
@@ -88,7 +88,7 @@ class Labels(QWidget):
             if box is None:
                 continue
             bright = not lit or mark.symbol in lit or (mark.symbol == "real" and "v" in lit)
-            ink = colour(MARKS[mark.symbol].family, theme)
+            ink = symbol_family_colour(MARKS[mark.symbol].family, theme)
             self._placed.append((formula, box, ink, bright))
         self.show()
         self.update(before + self._region())

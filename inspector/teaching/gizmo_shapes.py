@@ -113,7 +113,7 @@ class Sketch:
         tip = start + way
         self.line(symbol, np.stack([start, tip - head * along]))
         turn = np.linspace(0.0, 2.0 * np.pi, _RING, endpoint=False)[:, None]
-        ring = turned(perpendicular(along), along, turn)
+        ring = rotate_perpendicular_vector(perpendicular(along), along, turn)
         radius = head * _HEAD[1] / _HEAD[0]
         points = np.vstack([tip, tip - head * along, tip - head * along + radius * ring])
         self.parts.append(GizmoPart(symbol, SOLID, points, _CONE))
@@ -144,7 +144,7 @@ class Sketch:
             self.marks.append(Mark(symbol, at, away))
 
 
-def sketch(
+def sketch_gizmo(
     d: Decomposition,
     q_parent: Array,
     parent: Array,
@@ -221,8 +221,8 @@ def _twist(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent:
     """
     centre, radius = parent + DIAL_AT * out.unit * along, DIAL_SIZE * out.unit
     hand = rotate(q_parent, perpendicular(d.a))
-    zero = turned(hand, along, -d.theta_p)
-    before = turned(zero, along, d.theta_p_before)
+    zero = rotate_perpendicular_vector(hand, along, -d.theta_p)
+    before = rotate_perpendicular_vector(zero, along, d.theta_p_before)
     ring = centre + radius * fan(zero, along, 2.0 * np.pi)
     out.line("theta_p", ring, THIN, 0.75)
     out.sector("theta_p", centre, centre + radius * fan(zero, along, d.theta_p), 0.40)
@@ -231,7 +231,7 @@ def _twist(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent:
     rim = centre + 1.22 * radius * fan(before, along, d.dtheta_p)
     out.sector("dtheta_p", centre, rim, 0.55, inner=0.84)
     out.line("dtheta_p", rim)
-    middle = turned(zero, along, 0.5 * d.theta_p)
+    middle = rotate_perpendicular_vector(zero, along, 0.5 * d.theta_p)
     out.mark("theta_p", centre + 0.9 * radius * middle, centre, shown=abs(d.theta_p) > _SEEN)
     out.mark("dtheta_p", rim[_ARC // 2], centre, shown=abs(d.dtheta_p) > _SEEN)
 
@@ -271,10 +271,10 @@ def fan(start: Array, axis: Array, angle: float) -> Array:
 
     The arc is about a unit axis perpendicular to `start`.
     """
-    return turned(start, axis, np.linspace(0.0, angle, _ARC + 1)[:, None])
+    return rotate_perpendicular_vector(start, axis, np.linspace(0.0, angle, _ARC + 1)[:, None])
 
 
-def turned(v: Array, axis: Array, angle: Array | float) -> Array:
+def rotate_perpendicular_vector(v: Array, axis: Array, angle: Array | float) -> Array:
     """Rotate a vector, (3,), by an angle in radians about a unit axis perpendicular to it."""
     turned: Array = np.cos(angle) * v + np.sin(angle) * cross(axis, v)
     return turned

@@ -10,16 +10,16 @@ from inspector.language import tr
 from inspector.teaching.equation_table import OTHER_FORMS
 from inspector.teaching.equations import RightSide
 from inspector.teaching.section_head import SectionHead
-from inspector.teaching.taught_frame import TaughtFrame, degree_text, numbers
-from inspector.widgets.building import soft, tool_button
+from inspector.teaching.taught_frame import TaughtFrame, degree_text, padded_vector_text
+from inspector.widgets.building import tool_button, use_secondary_text_colour
 from inspector.widgets.theme import figures_font
 from inspector.widgets.typeset import Typesetter
 from twistcore.analysis.decomposition import (
     Decomposition,
     EulerChannels,
-    altered,
     euler_channels,
-    other_order,
+    motion_of_altered_frame,
+    twist_swing_factors,
     unwrapped_twist,
 )
 from twistcore.skeleton.rotation import wrap
@@ -70,11 +70,19 @@ class OtherForms(QWidget):
         self._add(
             grid, 2, "order", "n_after", self._formula(OTHER_FORMS["twist first"], typesetter)
         )
-        self._add(grid, 3, "order", "both", soft(QLabel(tr("the same in both orders"))))
+        self._add(
+            grid,
+            3,
+            "order",
+            "both",
+            use_secondary_text_colour(QLabel(tr("the same in both orders"))),
+        )
         self._add(grid, 4, "minus_q", "q", *self._plus_and_minus, self.minus)
-        self._add(grid, 5, "minus_q", "theta_p", soft(QLabel(tr("θp → wrapped"))))
-        self._add(grid, 6, "euler", "parent", soft(QLabel()))
-        self._add(grid, 7, "euler", "child", soft(QLabel()))
+        self._add(
+            grid, 5, "minus_q", "theta_p", use_secondary_text_colour(QLabel(tr("θp → wrapped")))
+        )
+        self._add(grid, 6, "euler", "parent", use_secondary_text_colour(QLabel()))
+        self._add(grid, 7, "euler", "child", use_secondary_text_colour(QLabel()))
         self._add(grid, 8, "euler", "lock", QLabel())
         grid.setColumnStretch(2, 1)
         self.head.toggled.connect(self._arrange)
@@ -136,12 +144,12 @@ class OtherForms(QWidget):
             for key in ("n", "n_after", "both"):
                 self.values[key].setText(_UNDEFINED)
             return
-        _, after = other_order(d.q, d.a)
+        _, after = twist_swing_factors(d.q, d.a)
         length = float(np.linalg.norm(after[1:]))
         none = tr("n undefined: no swing")
-        self.values["n"].setText(f"n  {numbers(d.n)}" if d.n_is_defined else none)
+        self.values["n"].setText(f"n  {padded_vector_text(d.n)}" if d.n_is_defined else none)
         self.values["n_after"].setText(
-            f"n′ {numbers(after[1:] / length)}" if d.n_is_defined else none
+            f"n′ {padded_vector_text(after[1:] / length)}" if d.n_is_defined else none
         )
         alpha = degree_text(d.alpha).removeprefix("+")
         self.values["both"].setText(f"θp {degree_text(d.theta_p)}, α {alpha}")
@@ -151,7 +159,7 @@ class OtherForms(QWidget):
         q = -d.q if negative else d.q
         for formula, on in zip(self._plus_and_minus, (not negative, negative), strict=True):
             formula.setVisible(on and self._lists("minus_q"))
-        self.values["q"].setText(numbers(q))
+        self.values["q"].setText(padded_vector_text(q))
         if not d.swing_is_one:
             self.values["theta_p"].setText(_UNDEFINED)
             return
@@ -196,7 +204,9 @@ class OtherForms(QWidget):
         q = data.motion.rotations[frame, joint]
         if taught.what_if.changes or taught.stage is not None:
             off = found.correction.whole
-            one = altered(data.motion, chain, frame, taught.what_if, offset=off, stage=taught.stage)
+            one = motion_of_altered_frame(
+                data.motion, chain, frame, taught.what_if, offset=off, stage=taught.stage
+            )
             q = one.rotations[0, joint]
         return euler_channels(order, data.clip.as_written(joint, q), written[frame])
 

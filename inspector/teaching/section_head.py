@@ -7,7 +7,7 @@ from PySide6.QtGui import QKeySequence, QPainter, QPaintEvent, QPalette, QPolygo
 from PySide6.QtWidgets import QAbstractButton, QSizePolicy
 
 from inspector.language import tr
-from inspector.widgets.labels import as_tip
+from inspector.widgets.labels import escape_tool_tip_text
 from inspector.widgets.text_forms import form_that_fits
 
 _ARROW = 8.0  # pixels, including a margin
@@ -43,7 +43,9 @@ class SectionHead(QAbstractButton):
         if text != self.text():
             self.setText(text)
             self.setShortcut(QKeySequence())  # an '&' in a joint's name must not create a mnemonic
-            self.setToolTip(as_tip(tr("{what}. Click to expand or collapse.", what=text)))
+            self.setToolTip(
+                escape_tool_tip_text(tr("{what}. Click to expand or collapse.", what=text))
+            )
             self.setAccessibleName(text)
 
     @property

@@ -129,7 +129,7 @@ _COLOURS = {
 }
 
 
-def colour(family: str, theme: Theme) -> str:
+def symbol_family_colour(family: str, theme: Theme) -> str:
     """Return the colour of a family as '#rrggbb'."""
     if family == "bone":
         return theme.text

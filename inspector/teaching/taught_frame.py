@@ -16,17 +16,17 @@ from PySide6.QtCore import QObject, Signal
 from inspector.language import tr
 from inspector.session.document import Document
 from inspector.viewport.frame_drawing import selected_chain
-from inspector.widgets.signed_numbers import signed
+from inspector.widgets.signed_numbers import format_signed_number
 from twistcore.analysis.decomposition import (
     Decomposition,
     FrameCorrection,
     WhatIf,
-    altered,
     correct_frame,
     decompose,
+    motion_of_altered_frame,
 )
 from twistcore.detection.paper import running_offset
-from twistcore.files.encoding import legible
+from twistcore.files.encoding import escape_control_characters
 from twistcore.review import Judged
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
@@ -102,7 +102,8 @@ class TaughtFrame(QObject):
         if data is None or chain is None:
             return {}
         return {
-            letter: legible(n) for letter, n in joint_labels(data.motion.skeleton, chain).items()
+            letter: escape_control_characters(n)
+            for letter, n in joint_labels(data.motion.skeleton, chain).items()
         }
 
     @property
@@ -173,7 +174,9 @@ class TaughtFrame(QObject):
         if data is None or chain is None or numbers is None:
             return None
         frame, off = self.document.frame, numbers.correction.whole
-        one = altered(data.motion, chain, frame, self.what_if, offset=off, stage=self.stage)
+        one = motion_of_altered_frame(
+            data.motion, chain, frame, self.what_if, offset=off, stage=self.stage
+        )
         rotations, positions = forward_kinematics(one)
         return rotations[0], positions[0]
 
@@ -238,7 +241,7 @@ class TaughtFrame(QObject):
 
 def degree_text(angle: float) -> str:
     """Return an angle, given in radians, as text in degrees."""
-    return f"{signed(np.degrees(angle), 2)}°"
+    return f"{format_signed_number(np.degrees(angle), 2)}°"
 
 
 def joint_labels(skeleton: Skeleton, chain: Chain) -> dict[str, str]:
@@ -252,16 +255,16 @@ def joint_labels(skeleton: Skeleton, chain: Chain) -> dict[str, str]:
     return names_shown | {"G": tr("C's End Site") if at_end else tr("none (an axis of C)")}
 
 
-def reliable(share: float) -> str:
+def reliability_text(share: float) -> str:
     """Return the reliability of an angle, `share` (0…1), as a percentage for display."""
     percent = tr("under 1") if share < 0.01 else f"{100.0 * share:.0f}"
     return tr("{percent} % reliable", percent=percent)
 
 
-def numbers(values: Array) -> str:
+def padded_vector_text(values: Array) -> str:
     """Return a vector or quaternion as text of constant length.
 
     A zero has no sign and is padded instead; without padding, the width of the tab would change
     from frame to frame.
     """
-    return f"({', '.join(signed(v, 3).rjust(6, _BLANK) for v in values)})"
+    return f"({', '.join(format_signed_number(v, 3).rjust(6, _BLANK) for v in values)})"

@@ -6,8 +6,8 @@ from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QAction, QFontInfo, QResizeEvent
 from PySide6.QtWidgets import QApplication, QFrame, QScrollArea, QSizePolicy, QWidget
 
-from inspector.language import of_core, tr
-from inspector.teaching.equation_table import typeset_texts
+from inspector.language import tr, translate_core_sentence
+from inspector.teaching.equation_table import teaching_tab_formulas
 from inspector.teaching.equations import Equations
 from inspector.teaching.gizmo_drawing import GizmoGuest
 from inspector.teaching.other_forms import OtherForms
@@ -19,7 +19,7 @@ from inspector.timeline.timeline import Timeline
 from inspector.viewport.frame_drawing import selected_limb
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.building import action_button, hbox, vbox
-from inspector.widgets.labels import Headline, as_rich, as_tip
+from inspector.widgets.labels import Headline, escape_tool_tip_text, plain_to_rich_text
 from inspector.widgets.theme import Theme
 from inspector.widgets.typeset import Typesetter
 
@@ -142,19 +142,19 @@ class TeachingPanel(QWidget):
         if chain is None:
             limb = selected_limb(document)
             whole = (
-                tr("{limb} is a limb: select a chain", limb=of_core(limb.label))
+                tr("{limb} is a limb: select a chain", limb=translate_core_sentence(limb.label))
                 if limb is not None
                 else _EMPTY
             )
-            self.title.set_forms(as_rich(whole))
+            self.title.set_forms(plain_to_rich_text(whole))
             self.title.setToolTip("")
             self._make_room_for_title()
             return
         frame = document.frame + document.first_frame
-        label = of_core(chain.label)
+        label = translate_core_sentence(chain.label)
         title = tr("{chain}, frame {frame}", chain=label, frame=frame)
-        self.title.set_forms(as_rich(title), as_rich(label))
-        self.title.setToolTip(as_tip(title))
+        self.title.set_forms(plain_to_rich_text(title), plain_to_rich_text(label))
+        self.title.setToolTip(escape_tool_tip_text(title))
         self._make_room_for_title()
 
     def _lit(self) -> None:
@@ -194,7 +194,7 @@ class TeachingPanel(QWidget):
             return
         self._taught.set_active(seen)
         if seen:
-            self.typesetter.start(typeset_texts())
+            self.typesetter.start(teaching_tab_formulas())
             self._viewport.focus_chain()
         else:
             self._viewport.invite(None)

@@ -12,10 +12,10 @@ from PySide6.QtWidgets import QButtonGroup, QGridLayout, QLabel, QPushButton, QS
 from inspector.language import tr
 from inspector.teaching.stage_player import StagePlayer
 from inspector.teaching.taught_frame import TaughtFrame
-from inspector.teaching.what_if_words import words
+from inspector.teaching.what_if_words import what_if_comment
 from inspector.widgets.building import RIGHT, hbox, vbox
 from inspector.widgets.labels import SteadyLabel
-from inspector.widgets.signed_numbers import plain, signed
+from inspector.widgets.signed_numbers import format_number, format_signed_number
 from inspector.widgets.theme import Colours, Theme, figures_font
 
 
@@ -85,7 +85,7 @@ _KNOBS = {
 
 
 def _shown(knob: _Knob, value: float) -> str:
-    number = signed if knob.low < 0 else plain
+    number = format_signed_number if knob.low < 0 else format_number
     return f"{number(knob.shown(value), len(str(knob.steps)) - 1)}{knob.unit}"
 
 
@@ -206,7 +206,7 @@ class WhatIfBox(QWidget):
                 with QSignalBlocker(button):
                     button.setChecked(on)
         self.reset.setEnabled(what_if.changes or self._taught.stage is not None)
-        text, role = words(numbers, what_if, self._taught.stage)
+        text, role = what_if_comment(numbers, what_if, self._taught.stage)
         if text != self.words.text() or role != self._role:
             self._role = role
             self.words.setText(text)

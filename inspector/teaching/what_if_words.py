@@ -6,8 +6,8 @@ import numpy as np
 
 from inspector.language import tr
 from inspector.teaching.equation_table import LEAST, NEAR_STRAIGHT, NEAR_SWING
-from inspector.teaching.taught_frame import FrameNumbers, reliable
-from inspector.widgets.signed_numbers import plain, signed
+from inspector.teaching.taught_frame import FrameNumbers, reliability_text
+from inspector.widgets.signed_numbers import format_number, format_signed_number
 from twistcore.analysis.decomposition import UNDEFINED, Decomposition, WhatIf
 
 _HINT = tr("The frame as captured. Move a slider to alter it. The review does not change.")
@@ -15,7 +15,9 @@ _TIP = np.radians(1.0)  # the nudge whose effect is described
 _HALF_TURN = np.radians(120.0)  # beyond this twist, wrapping may change a sign
 
 
-def words(numbers: FrameNumbers, what_if: WhatIf, stage: float | None = None) -> tuple[str, str]:
+def what_if_comment(
+    numbers: FrameNumbers, what_if: WhatIf, stage: float | None = None
+) -> tuple[str, str]:
     """Return a text about the frame, and the name of the text's colour in the theme.
 
     `stage` is a stage of the animation from 0 to 2, or None.
@@ -32,7 +34,7 @@ def words(numbers: FrameNumbers, what_if: WhatIf, stage: float | None = None) ->
     return _no_event(numbers, what_if), "soft"
 
 
-def theta_per_tip(alpha: float) -> float:
+def theta_change_per_tilt(alpha: float) -> float:
     """Return the change of θp, in radians, if w is tilted sideways by 1° near a swing of 180°.
 
     w is the direction of the parent's bone, and `alpha` is the angle of the swing in radians.
@@ -40,7 +42,7 @@ def theta_per_tip(alpha: float) -> float:
     return float(2.0 * np.arctan2(_TIP, np.pi - alpha))
 
 
-def azimuth_per_tip(reliability: float) -> float:
+def azimuth_change_per_tilt(reliability: float) -> float:
     """Return the rotation of v⊥, in radians, if v is tilted by 1° in a nearly straight limb.
 
     v is the direction of the child's bone, and v⊥ is its component perpendicular to the parent's
@@ -84,8 +86,8 @@ def _singular(d: Decomposition) -> str:
         return tr(
             "θp is nearly singular: w points almost opposite to a ({reliable}). Tipping w "
             "sideways by 1° would change θp by {angle}.",
-            reliable=reliable(d.swing_reliability),
-            angle=_whole(theta_per_tip(d.alpha)),
+            reliable=reliability_text(d.swing_reliability),
+            angle=_whole(theta_change_per_tilt(d.alpha)),
         )
     if d.azimuth_reliability <= UNDEFINED:
         return tr(
@@ -98,8 +100,8 @@ def _singular(d: Decomposition) -> str:
             "Δθc is nearly singular: the limb is nearly {shape} ({reliable}). Tipping v sideways "
             "by 1° would turn v⊥ by {angle}.",
             shape=shape,
-            reliable=reliable(d.azimuth_reliability),
-            angle=_whole(azimuth_per_tip(d.azimuth_reliability)),
+            reliable=reliability_text(d.azimuth_reliability),
+            angle=_whole(azimuth_change_per_tilt(d.azimuth_reliability)),
         )
     if not d.dtheta_p_is_defined:
         return tr(
@@ -153,7 +155,7 @@ def _event(numbers: FrameNumbers, what_if: WhatIf) -> str:
 
 def _no_event(numbers: FrameNumbers, what_if: WhatIf) -> str:
     d, c = numbers.frame, numbers.correction
-    small = f"m = {plain(np.degrees(d.strength), 2)}° < τ = {_tenths(c.tau)}"
+    small = f"m = {format_number(np.degrees(d.strength), 2)}° < τ = {_tenths(c.tau)}"
     if what_if.counter and min(abs(d.dtheta_p), abs(d.dtheta_c)) > _HALF_TURN:
         return tr(
             "C counter-rotates by the same angle, but wrapping at ±180° gives Δθp and Δθc the same "
@@ -189,20 +191,20 @@ def _no_event(numbers: FrameNumbers, what_if: WhatIf) -> str:
 
 
 def _state(reliability: float) -> str:
-    return tr("undefined") if reliability <= UNDEFINED else reliable(reliability)
+    return tr("undefined") if reliability <= UNDEFINED else reliability_text(reliability)
 
 
 def _share(x: float) -> str:
-    return f"{plain(100.0 * x, 0)} %"
+    return f"{format_number(100.0 * x, 0)} %"
 
 
 def _whole(angle: float) -> str:
-    return f"{plain(np.degrees(angle), 0)}°"
+    return f"{format_number(np.degrees(angle), 0)}°"
 
 
 def _tenths(angle: float) -> str:
-    return f"{plain(np.degrees(angle))}°"
+    return f"{format_number(np.degrees(angle))}°"
 
 
 def _signed(angle: float) -> str:
-    return f"{signed(np.degrees(angle))}°"
+    return f"{format_signed_number(np.degrees(angle))}°"

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 from inspector.language import tr
 from inspector.session.document import Document
-from inspector.timeline.curve_values import centre_of, unreliable_spans
-from inspector.timeline.curves import NOTHING, Curves, Title, number
+from inspector.timeline.curve_values import circular_mean_angle, unreliable_spans
+from inspector.timeline.curves import NOTHING, Curves, Title, format_angle_at_frame
 from twistcore.analysis.correction.corrected import Angles
 from twistcore.detection import DETECTORS
 from twistcore.detection.paper import running_offset
@@ -46,7 +46,7 @@ class ChainCurves(Curves):
         self.before = document.data.signals[self._chain.name]
         self.unreliable = unreliable_spans(self.before.azimuth_reliability)
         self.is_m = DETECTORS.info(document.method).is_m
-        self.centres = {k: centre_of(getattr(self.before, name)) for k, name in ANGLES}
+        self.centres = {k: circular_mean_angle(getattr(self.before, name)) for k, name in ANGLES}
         self.after: Angles | TwistSignals = self.before
         self.running = NOTHING
         self.tracked: TwistSignals | None = None
@@ -82,7 +82,7 @@ class ChainCurves(Curves):
             symbol = ("Δ" if prefix else "") + "θ" + k + (" ╌" if k == "c" else "")
             title.append((symbol, "text"))
             turned = prefix + name
-            title.append((number(getattr(self.before, turned), frame), "before"))
-            title.append((number(getattr(self.after, turned), frame), "after"))
+            title.append((format_angle_at_frame(getattr(self.before, turned), frame), "before"))
+            title.append((format_angle_at_frame(getattr(self.after, turned), frame), "after"))
             title.append(("   ", "soft"))
         return title

@@ -14,12 +14,12 @@ _BINS, _BLUR = 72, np.radians(25.0)
 _MOVES = np.radians(90.0)  # a larger rotation between two frames is a jump
 
 
-def centre_of(angle: Array) -> float:
+def circular_mean_angle(angle: Array) -> float:
     """Return the circular mean of an angle, (frames,), in radians, or 0 if there are no frames."""
     return float(np.angle(np.exp(1j * angle).sum())) if len(angle) else 0.0
 
 
-def degrees_about(angle: Array, centre: float) -> tuple[Array, NDArray[np.int64]]:
+def wrap_degrees_about(angle: Array, centre: float) -> tuple[Array, NDArray[np.int64]]:
     """Wrap an angle to within 180° of `centre`. Return it in degrees, (frames,), with its seams.
 
     `angle` and `centre` are in radians. A seam is a frame after which the angle wraps around from
@@ -42,18 +42,18 @@ def rarest_angle(angle: Array) -> float:
     return float((int(np.argmin(seen)) + 0.5) / _BINS * turn - np.pi) % turn - turn
 
 
-def degrees_above(angle: Array, seam: float) -> tuple[Array, NDArray[np.int64]]:
+def wrap_degrees_above(angle: Array, seam: float) -> tuple[Array, NDArray[np.int64]]:
     """Wrap an angle to the 360° above `seam`. Return it in degrees, (frames,), with its seams.
 
-    `angle` and `seam` are in radians. Seams are defined as in :func:`degrees_about`, but a jump of
-    more than 90° is not a seam, so it is drawn.
+    `angle` and `seam` are in radians. Seams are defined as in :func:`wrap_degrees_about`, but a
+    jump of more than 90° is not a seam, so it is drawn.
     """
-    y, _ = degrees_about(angle, seam + np.pi)
+    y, _ = wrap_degrees_about(angle, seam + np.pi)
     across = (np.abs(np.diff(y)) > 180.0) & (np.abs(wrap(np.diff(angle))) < _MOVES)
     return y, np.flatnonzero(across)
 
 
-def thinned(
+def thin_curve_to_pixels(
     y: Array, seams: NDArray[np.int64], first: float, last: float, pixels: int
 ) -> tuple[Array, Array]:
     """Return x and y of a line through the visible frames, with NaN where the line is broken.

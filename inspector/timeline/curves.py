@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from inspector.session.document import Document
 from inspector.timeline.pane import Pane
-from inspector.widgets.signed_numbers import plain
+from inspector.widgets.signed_numbers import format_number
 from twistcore.skeleton.rotation import Array, wrap
 
 Title = list[tuple[str, str]]  # the text above a plot: pairs (text, name of a colour in the theme)
@@ -99,11 +99,11 @@ def widened(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return wider
 
 
-def number(angle: Array, frame: int) -> str:
+def format_angle_at_frame(angle: Array, frame: int) -> str:
     """Format the angle at a frame in degrees. `angle` is in radians, (frames,)."""
-    return in_degrees(float(np.degrees(wrap(angle[frame]))))
+    return format_padded_degrees(float(np.degrees(wrap(angle[frame]))))
 
 
-def in_degrees(value: float) -> str:
+def format_padded_degrees(value: float) -> str:
     """Format an angle in degrees, padded to align the numbers in titles."""
-    return f"{plain(value):>7}°"
+    return f"{format_number(value):>7}°"

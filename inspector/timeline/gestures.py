@@ -11,18 +11,18 @@ import numpy as np
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QMenu, QWidget
 
-from inspector.language import of_core, tr
+from inspector.language import tr, translate_core_sentence
 from inspector.session.document import Document
 from inspector.session.why_here import peak_near, reason_here, reason_sentence
 from inspector.timeline.context_menu import context_menu
 from inspector.timeline.drag_escape import DragEscape
 from inspector.timeline.layers import DragLabel, Scenery
-from inspector.timeline.tau_line import set_tau_at, tau_at
+from inspector.timeline.tau_line import set_tau_at, tau_from_position
 from inspector.timeline.time_view import TimeView
 from inspector.timeline.visible_range import VisibleRange
-from inspector.widgets.labels import as_tip
+from inspector.widgets.labels import escape_tool_tip_text
 from inspector.widgets.later import Latest
-from inspector.widgets.signed_numbers import angle_of
+from inspector.widgets.signed_numbers import interval_angle_text
 from twistcore.detection import Interval
 from twistcore.review import Judged
 from twistcore.review.model import resized
@@ -308,7 +308,7 @@ class Gestures:
         judged = self.interval_at(frame)
         if judged is not None:
             self._document.select_interval(judged.id)
-        degrees = tau_at(place) if key == self.tau_plot else 0.0
+        degrees = tau_from_position(place) if key == self.tau_plot else 0.0
         menu = context_menu(
             self._parent, self._document, self._visible, frame, degrees, judged, self.plots(key)
         )
@@ -335,16 +335,19 @@ class Gestures:
             view.unsetCursor()
         else:
             view.setCursor(_CURSORS.get(hit.part, Qt.CursorShape.SizeHorCursor))
-        view.setToolTip(as_tip(self._hint(hit.judged, view.frame_at(event.pos()))))
+        view.setToolTip(escape_tool_tip_text(self._hint(hit.judged, view.frame_at(event.pos()))))
 
     def _hint(self, judged: Judged | None, frame: float) -> str:
         """Return the tool tip for an interval or, if it is None, for a frame between intervals."""
         if judged is not None:
             i = judged.interval
-            kind, decision = of_core(i.kind), of_core(judged.decision)
+            kind, decision = (
+                translate_core_sentence(i.kind),
+                translate_core_sentence(judged.decision),
+            )
             lines = [
                 f"{i.chain}  {self._words(i.start, i.stop)}",
-                f"{kind}, {angle_of(i.kind, i.size)}, {decision}",
+                f"{kind}, {interval_angle_text(i.kind, i.size)}, {decision}",
             ]
             if not judged.supported:
                 lines.append(

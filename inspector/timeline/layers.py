@@ -16,11 +16,11 @@ from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
-from inspector.timeline.regions import Regions, wide_enough
+from inspector.timeline.regions import Regions, widen_narrow_spans
 from inspector.timeline.time_view import TimeView
 from inspector.timeline.title_lines import title_lines
 from inspector.widgets.axes import TEXT_HEIGHT
-from inspector.widgets.theme import Colours, Theme, figures_font, mixed
+from inspector.widgets.theme import Colours, Theme, blend_colour_over_paper, figures_font
 from twistcore.review import Judged
 from twistcore.skeleton.rotation import Array
 
@@ -124,7 +124,7 @@ class Scenery:
         Short intervals are drawn wider than they are. `pixel` is the number of frames per pixel.
         """
         ends = np.array([[judged.interval.start, judged.interval.stop]]) - 0.5
-        start, stop = wide_enough(ends, pixel)[0].tolist()
+        start, stop = widen_narrow_spans(ends, pixel)[0].tolist()
         return start, stop
 
     def regions(self, first: float, last: float, width: int) -> Regions:
@@ -193,7 +193,9 @@ class BackLayer(Layer):
     def _paint_unreliable(self, painter: QPainter) -> None:
         theme, height = self.scenery.theme, self._view.height()
         first, last = self._view.viewRange()[0]
-        tint, foot = (mixed(theme.soft, theme.surface, share) for share in (26, 100))
+        tint, foot = (
+            blend_colour_over_paper(theme.soft, theme.surface, share) for share in (26, 100)
+        )
         spans = self.scenery.unreliable
         seen = spans[(spans[:, 1] - 0.5 > first) & (spans[:, 0] - 0.5 < last)]
         painter.setFont(self.scenery.font())

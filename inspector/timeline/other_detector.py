@@ -6,12 +6,12 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtWidgets import QWidget
 
-from inspector.language import of_core, plural, tr
+from inspector.language import plural, tr, translate_core_sentence
 from inspector.session.document import Document
 from inspector.timeline.gestures import Gestures, Hit, Part
 from inspector.timeline.layers import Scenery
 from inspector.timeline.pane import CurveStyle, Pane
-from inspector.timeline.tau_line import colour_tau, tau_words
+from inspector.timeline.tau_line import colour_tau, tau_line_label
 from inspector.widgets.background import OneTask
 from inspector.widgets.labels import capitalised
 from inspector.widgets.theme import Colours, Theme
@@ -68,7 +68,7 @@ class OtherDetector(Pane):
 
     @property
     def _name(self) -> str:
-        return capitalised(of_core(DETECTORS.info(self.method).label))
+        return capitalised(translate_core_sentence(DETECTORS.info(self.method).label))
 
     @property
     def intervals(self) -> tuple[Judged, ...]:
@@ -107,10 +107,10 @@ class OtherDetector(Pane):
         self.set_curve("strength", strength)
         degrees = float(np.degrees(tau))
         self._line.setValue(float(np.sqrt(degrees)))
-        self.show_tau(self._line.value(), tau_words(degrees))
+        self.show_tau(self._line.value(), tau_line_label(degrees))
         self.show_values(0.0, max(float(strength.max(initial=0.0)), _HEADROOM * degrees))
         count = plural("{n} interval", "{n} intervals", len(found))
-        symbol = of_core(DETECTORS.info(self.method).strength)
+        symbol = translate_core_sentence(DETECTORS.info(self.method).strength)
         title = [(f"{self._name} ", "soft"), (symbol, "text")]
         self.show_title([*title, (f"   {count}", "text"), (f"   {tr('√ scale')}", "soft")])
         self.touch()

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from inspector.language import tr
 from inspector.timeline.visible_range import SMALLEST
-from inspector.widgets.theme import Colours, mixed
+from inspector.widgets.theme import Colours, blend_colour_over_paper
 from twistcore.review import Decision, Judged
 
 HEIGHT = 26
@@ -237,7 +237,11 @@ class OverviewStrip(QWidget):
     def _paint_mark(self, painter: QPainter, judged: Judged, box: QRectF) -> None:
         large = judged.interval.chain == self._chain
         name = getattr(self._colours.theme, str(judged.decision))
-        colour = QColor(name) if large else mixed(name, self._colours.theme.surface, 170)
+        colour = (
+            QColor(name)
+            if large
+            else blend_colour_over_paper(name, self._colours.theme.surface, 170)
+        )
         if large:
             box = QRectF(box.left(), box.top() + 1.0, box.width(), max(1.0, box.height() - 2.0))
         rect = QRectF(box)

@@ -14,10 +14,10 @@ from PySide6.QtWidgets import QWidget
 
 from inspector.language import tr_as
 from inspector.timeline.curve_line import Line
-from inspector.timeline.curve_values import thinned
+from inspector.timeline.curve_values import thin_curve_to_pixels
 from inspector.timeline.layers import BackLayer, FrontLayer, Scenery
 from inspector.timeline.time_view import TimeView
-from inspector.widgets.axes import TEXT_HEIGHT, FrameAxis, RootAxis, UnitAxis, root_scale
+from inspector.widgets.axes import TEXT_HEIGHT, FrameAxis, RootAxis, UnitAxis, degrees_to_root_scale
 from inspector.widgets.canvas import Canvas
 from twistcore.skeleton.rotation import Array
 
@@ -180,7 +180,7 @@ class Pane(Canvas):
 
         The line is broken after each frame in `seams`.
         """
-        self.values[name] = root_scale(y) if self.root else y, seams
+        self.values[name] = degrees_to_root_scale(y) if self.root else y, seams
         self._thin(name)
 
     def _thin(self, name: str) -> None:
@@ -190,7 +190,9 @@ class Pane(Canvas):
         """
         y, seams = self.values[name]
         first, last = self.view.viewRange()[0]
-        self.curves[name].show_points(*thinned(y, seams, first, last, int(self.view.width())))
+        self.curves[name].show_points(
+            *thin_curve_to_pixels(y, seams, first, last, int(self.view.width()))
+        )
 
     def _thin_all(self, *_: object) -> None:
         for name in self.values:
@@ -202,7 +204,7 @@ class Pane(Canvas):
         If `low` is 0, the margin below it is smaller.
         """
         if self.root:
-            low, high = float(root_scale(low)), float(root_scale(high))
+            low, high = float(degrees_to_root_scale(low)), float(degrees_to_root_scale(high))
         span = high - low
         foot = 0.03 if low == 0.0 else 0.07
         self.time.fit_to(low - foot * span, high + self._headroom * span)

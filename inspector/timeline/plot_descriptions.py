@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from PySide6.QtCore import QObject, QTimer
 
-from inspector.language import of_core, tr
+from inspector.language import tr, translate_core_sentence
 from inspector.session.document import Document
 from inspector.timeline.pane import Pane
 
@@ -48,7 +48,7 @@ class PlotDescriptions(QObject):
         title = " ".join("".join(text for text, _ in pane.front.title).split())
         return tr(
             "{chain}, frame {frame}: {values}",
-            chain=of_core(document.find_chain(document.chain).label),
+            chain=translate_core_sentence(document.find_chain(document.chain).label),
             frame=document.frame + document.first_frame,
             values=title,
         )

@@ -10,7 +10,7 @@ import pyqtgraph as pg
 from PySide6.QtCore import QRect, Qt
 from PySide6.QtGui import QBrush, QColor, QFont, QPainter, QPainterPath, QPen
 
-from inspector.widgets.theme import Theme, mixed
+from inspector.widgets.theme import Theme, blend_colour_over_paper
 from twistcore.review import Decision, Judged
 from twistcore.skeleton.rotation import Array
 
@@ -124,10 +124,10 @@ def _paint_group(
     strong = group.selected
     share = (46 if strong else 14) if rejected else (68 if strong else 34)
     painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(mixed(name, theme.surface, share))
+    painter.setBrush(blend_colour_over_paper(name, theme.surface, share))
     painter.drawRects(rects)
     if rejected and group.each:
-        stripes = mixed(name, theme.surface, 150 if strong else 90)
+        stripes = blend_colour_over_paper(name, theme.surface, 150 if strong else 90)
         painter.setBrush(QBrush(stripes, Qt.BrushStyle.BDiagPattern))
         painter.drawRects(rects)
     pen = QPen(QColor(name), 2.0 if strong else 1.0, _BORDERS[group.decision])
@@ -147,14 +147,14 @@ def _places(regions: Sequence[Judged], first: float, last: float, width: int) ->
     """
     frames = np.array([(j.interval.start, j.interval.stop) for j in regions]) - 0.5
     if len(regions) * 2 * LEAST < width:  # if there are many regions, do not widen them
-        frames = wide_enough(frames, (last - first) / max(width, 1))
+        frames = widen_narrow_spans(frames, (last - first) / max(width, 1))
     places = np.rint((frames - first) / (last - first) * width).astype(np.int64)
     places[:, 1] = np.maximum(places[:, 1], places[:, 0] + 2)
     pairs: _Spans = np.clip(places, 0, width).tolist()
     return pairs
 
 
-def wide_enough(spans: Array, pixel: float) -> Array:
+def widen_narrow_spans(spans: Array, pixel: float) -> Array:
     """Return spans of frames, (n, 2), widened to at least LEAST pixels.
 
     `pixel` is the number of frames per pixel.

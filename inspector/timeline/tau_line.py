@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt, Signal
 from inspector.session.document import Document
 from inspector.timeline.drag_escape import DragEscape
 from inspector.timeline.pane import Pane
-from inspector.widgets.axes import from_root_scale, root_scale
+from inspector.widgets.axes import degrees_to_root_scale, root_scale_to_degrees
 from inspector.widgets.canvas import TauLine
 from inspector.widgets.later import Latest
 from inspector.widgets.theme import Colours, Theme
@@ -37,7 +37,7 @@ class ChainTauLine(TauLine):
         plot.addItem(self)
         self.changed.connect(self._update_label)
         colours.follow(self._colour)
-        self.setBounds([float(root_scale(d)) for d in (SMALLEST_TAU, LARGEST_TAU)])
+        self.setBounds([float(degrees_to_root_scale(d)) for d in (SMALLEST_TAU, LARGEST_TAU)])
         self.sigDragged.connect(self._dragged)
         self.sigPositionChangeFinished.connect(self._drop)
         document.opened.connect(self._give_up)
@@ -52,8 +52,8 @@ class ChainTauLine(TauLine):
 
     def show_tau(self, degrees: float) -> None:
         """Move the line to τ, unless the user is dragging it."""
-        self.words = tau_words(degrees)
-        place = float(root_scale(degrees))
+        self.words = tau_line_label(degrees)
+        place = float(degrees_to_root_scale(degrees))
         if not self.held and self.value() != place:
             self.setValue(place)
         self._update_label()
@@ -94,12 +94,12 @@ def set_tau_at(document: Document, place: float, drag: int = 0) -> None:
 
     All changes with the same `drag` number are one undo step.
     """
-    set_tau_degrees(document, tau_at(place), drag)
+    set_tau_degrees(document, tau_from_position(place), drag)
 
 
-def tau_at(place: float) -> float:
+def tau_from_position(place: float) -> float:
     """Return the value of τ, in degrees, at a position on the square-root scale."""
-    return round(from_root_scale(place), 1)
+    return round(root_scale_to_degrees(place), 1)
 
 
 def set_tau_degrees(document: Document, degrees: float, drag: int = 0) -> None:
@@ -108,7 +108,7 @@ def set_tau_degrees(document: Document, degrees: float, drag: int = 0) -> None:
     document.set_tau(float(np.radians(degrees)), document.chain, drag)
 
 
-def tau_words(degrees: float) -> str:
+def tau_line_label(degrees: float) -> str:
     """Return the label of a τ line, such as 'τ 12.0°'."""
     return f"τ {degrees:.1f}°"
 

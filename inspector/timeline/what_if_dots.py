@@ -11,12 +11,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from inspector.language import tr
-from inspector.timeline.curves import Curves, in_degrees
+from inspector.timeline.curves import Curves, format_padded_degrees
 from inspector.timeline.dots import Dots
 from inspector.timeline.layers import Scenery
 from inspector.timeline.pane import Pane
 from inspector.timeline.plot import Plot
-from inspector.widgets.axes import root_scale
+from inspector.widgets.axes import degrees_to_root_scale
 
 _SPARE = 0.12  # margin around a dot outside the visible range, as a share of the range
 
@@ -45,7 +45,9 @@ class WhatIfDots:
             for name, _, ring in plot.dots:
                 if curves is not None and name in self._values:
                     degrees = plot.height(curves, name, self._values[name])
-                    dots.append((float(root_scale(degrees)) if pane.root else degrees, ring))
+                    dots.append(
+                        (float(degrees_to_root_scale(degrees)) if pane.root else degrees, ring)
+                    )
             self._place(pane, self.layers[key], frame, dots)
 
     def title(self, key: str) -> list[tuple[str, str]]:
@@ -54,7 +56,7 @@ class WhatIfDots:
         plot = self._plots.get(key)
         for name, symbol, ring in plot.dots if plot is not None else ():
             if name in self._values:
-                angle = in_degrees(float(np.degrees(self._values[name]))).strip()
+                angle = format_padded_degrees(float(np.degrees(self._values[name]))).strip()
                 first = "" if parts else f" {tr('what if')}"
                 parts.append((f"  {first} {symbol} {'○' if ring else '●'} {angle}", "after"))
         return parts

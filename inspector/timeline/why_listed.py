@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 from PySide6.QtWidgets import QWidget
 
-from inspector.language import of_core, tr
+from inspector.language import tr, translate_core_sentence
 from inspector.session.document import Document
 from inspector.timeline.curves import Title
 from inspector.timeline.dots import Dots
@@ -15,7 +15,7 @@ from inspector.timeline.layers import Scenery
 from inspector.timeline.pane import CurveStyle, Pane
 from inspector.widgets.axes import UnitAxis
 from inspector.widgets.background import OneTask
-from inspector.widgets.signed_numbers import plain
+from inspector.widgets.signed_numbers import format_number
 from twistcore.detection import Interval
 from twistcore.detection.quantity import Quantity, quantity_of
 
@@ -26,7 +26,7 @@ _STYLES = (
 )
 
 
-def shown_interval(document: Document) -> Interval | None:
+def selected_plottable_interval(document: Document) -> Interval | None:
     """Return the selected interval if its kind of error has a quantity to plot, or None.
 
     In an exercise, the result is None, because the curve would reveal the error.
@@ -58,7 +58,7 @@ class WhyListed(Pane):
 
     def refresh(self) -> None:
         """Show the quantity of the selected interval, unless the plot is hidden."""
-        interval = shown_interval(self._document)
+        interval = selected_plottable_interval(self._document)
         if interval is None or self.isHidden():
             return
         if interval is self._interval:
@@ -86,7 +86,7 @@ class WhyListed(Pane):
             self.set_curve(name, np.zeros(0))
 
     def _fail(self, error: Exception) -> None:
-        self._failure = of_core(str(error))
+        self._failure = translate_core_sentence(str(error))
         self._describe()
 
     def _show(self, quantity: Quantity | None) -> None:
@@ -133,7 +133,7 @@ class WhyListed(Pane):
         if quantity is None:
             self.show_title([(self._failure or "…", "soft")])
             return
-        title: Title = [(f"{of_core(quantity.label)} ", "soft")]
+        title: Title = [(f"{translate_core_sentence(quantity.label)} ", "soft")]
         title.append((_number(quantity, float(quantity.values[frame])), "before"))
         if quantity.limit is not None:
             title.append((f"   {tr('limit')} ", "soft"))
@@ -143,4 +143,4 @@ class WhyListed(Pane):
 
 def _number(quantity: Quantity, value: float) -> str:
     """Return a value with its unit, or a dash if it is undefined."""
-    return f"{plain(value)}{quantity.unit}" if np.isfinite(value) else "–"
+    return f"{format_number(value)}{quantity.unit}" if np.isfinite(value) else "–"

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from inspector.language import tr
 from inspector.session.document import Document
-from inspector.tuning.strength_histogram import bar_of, bar_words
+from inspector.tuning.strength_histogram import histogram_bar_index, histogram_bar_label
 from twistcore.skeleton.rotation import Array
 
 
@@ -31,7 +31,7 @@ class BarFrames:
         frames that the histogram counts, (frames,).
         """
         self._frames = np.flatnonzero(counted)
-        self._bars = bar_of(strength[counted])
+        self._bars = histogram_bar_index(strength[counted])
         self.chosen = None
 
     def next_frame(self, bar: int) -> None:
@@ -93,5 +93,5 @@ class BarFrames:
             frame=frame,
             k=at[0] + 1,
             n=len(own),
-            bar=bar_words(self.chosen),
+            bar=histogram_bar_label(self.chosen),
         )

@@ -6,14 +6,20 @@ from PySide6.QtCore import QSignalBlocker
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QCheckBox, QLabel, QLineEdit, QStackedLayout, QWidget
 
-from inspector.language import of_core, tr, tr_as
+from inspector.language import tr, tr_as, translate_core_sentence
 from inspector.session.document import Document
-from inspector.tuning.remembered_profiles import keep_profile
+from inspector.tuning.remembered_profiles import save_learned_profile
 from inspector.tuning.verdict_evidence import CLIP, FOLDER, RIG, VerdictEvidence
 from inspector.tuning.verdict_page import LOW, NARROW
 from inspector.tuning.verdict_plots import ReliabilityPlot
 from inspector.widgets.building import Wrapping, hbox, hint, tool_button, vbox
-from inspector.widgets.labels import Caption, as_tip, capitalised, inked, plain_text
+from inspector.widgets.labels import (
+    Caption,
+    capitalised,
+    coloured_rich_text,
+    escape_tool_tip_text,
+    plain_text,
+)
 from inspector.widgets.theme import Colours
 from twistcore.detection import DETECTORS
 from twistcore.tuning.learned_confidence import ENOUGH
@@ -123,7 +129,7 @@ class ConfidencePage(QWidget):
         try:
             performers.name(data.clip.path, name)
         except OSError as error:
-            why = of_core(error.strerror)
+            why = translate_core_sentence(error.strerror)
             self._document.message.emit(tr("The name was not saved ({why}).", why=why), True)
         self._evidence.count_again()
 
@@ -134,9 +140,9 @@ class ConfidencePage(QWidget):
         if found is None or data is None:
             return
         try:
-            path = keep_profile(found, data.clip.path.parent.name)
+            path = save_learned_profile(found, data.clip.path.parent.name)
         except OSError as error:
-            why = of_core(error.strerror)
+            why = translate_core_sentence(error.strerror)
             self._document.message.emit(tr("The profile was not saved ({why}).", why=why), True)
             return
         message = tr(
@@ -162,7 +168,7 @@ class ConfidencePage(QWidget):
         detector = DETECTORS.info(document.review.state.method)
         none = tr(
             "{detector} has no confidence, so there is nothing to learn.",
-            detector=capitalised(of_core(detector.label)),
+            detector=capitalised(translate_core_sentence(detector.label)),
         )
         self.hint.setText(evidence.trouble or (_NOTHING if detector.has_confidence else none))
         self.use.setEnabled(known or document.learned is not None)
@@ -175,7 +181,7 @@ class ConfidencePage(QWidget):
         self.remember.setToolTip(
             borrowed.why
             if borrowed
-            else as_tip(
+            else escape_tool_tip_text(
                 tr(
                     "Remember τ and the learned confidence ({whose}), and offer them for "
                     "similar clips",
@@ -196,7 +202,10 @@ class ConfidencePage(QWidget):
         before, after = 100 * found.before.error, 100 * found.after.error
         own = tr("■ the detector's confidence is off by {points:.1f} points", points=before)
         learned = tr("● the learned confidence by {points:.1f}", points=after)
-        self.legend.set_text(f"{inked(own, theme.before)} &nbsp; {inked(learned, theme.after)}")
+        self.legend.set_text(
+            f"{coloured_rich_text(own, theme.before)} &nbsp; "
+            f"{coloured_rich_text(learned, theme.after)}"
+        )
         self.plot.setAccessibleDescription(plain_text(self.legend.text()))
         confidence = found.profile.confidence
         assert confidence is not None

@@ -8,13 +8,13 @@ from multiprocessing import parent_process
 from multiprocessing.connection import Connection
 from pathlib import Path
 
-from inspector.language import of_core, tr, use_language
+from inspector.language import tr, translate_core_sentence, use_language
 from inspector.language.catalogue import SOURCE
 from twistcore.detection import DETECTORS
 from twistcore.errors import TwistError
 from twistcore.formats.reading import read_clip
 from twistcore.skeleton.rig import Rig
-from twistcore.tuning import Span, Verdicts, clip_tuning
+from twistcore.tuning import Span, Verdicts, prepare_clip_tuning
 from twistcore.work.with_parent import end_with_parent
 
 _NICE = 5  # lower priority than the window
@@ -77,7 +77,7 @@ class Capture:
     presumed: tuple[tuple[str, int, int], ...] = ()
 
 
-def measure(pipe: Connection, request: Request) -> None:
+def measure_cost_curves(pipe: Connection, request: Request) -> None:
     """Measure the requested cost curves, and send the results through the pipe.
 
     The results are a Capture, then a pair (chain, curve) for each chain, then None. If the
@@ -100,7 +100,7 @@ def measure(pipe: Connection, request: Request) -> None:
             )
             pipe.send(changed)
             return
-        tuning = clip_tuning(
+        tuning = prepare_clip_tuning(
             clip.motion,
             clip.name,
             method=request.method,
@@ -120,7 +120,7 @@ def measure(pipe: Connection, request: Request) -> None:
             pipe.send((name, tuning.curve(name)))
         pipe.send(None)
     except TwistError as error:
-        pipe.send(of_core(error))
+        pipe.send(translate_core_sentence(error))
     except (BrokenPipeError, EOFError):
         return  # the window has closed the pipe
     except Exception as error:  # report a bug; only this process ends

@@ -10,21 +10,21 @@ from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
 
-from inspector.language import of_core, plural, tr
+from inspector.language import plural, tr, translate_core_sentence
 from inspector.session.document import BLIND, Document
 from inspector.tuning.bar_frames import BarFrames
 from inspector.tuning.cost_plot import CostPlot
 from inspector.tuning.strength_histogram import Histogram
 from inspector.tuning.tau_costs import Costs
 from inspector.tuning.tau_words import (
-    cost_parts,
-    difference_text,
-    presumed_text,
+    cost_change_text,
     suggestion_text,
+    tau_cost_texts,
+    unjudged_intervals_text,
 )
 from inspector.tuning.wishes import Wishes
 from inspector.widgets.building import action_button, hbox, vbox
-from inspector.widgets.labels import Caption, inked, plain_text
+from inspector.widgets.labels import Caption, coloured_rich_text, plain_text
 from inspector.widgets.theme import Colours
 from twistcore.detection import DETECTORS
 from twistcore.skeleton.helper import Helper
@@ -147,7 +147,7 @@ class CurvesPage(QWidget):
         if curve is not None:
             self.cost.show_suggestion(curve, self._wishes.suggested(curve, present))
         self.cost_words.set_text(self._cost_text(present) if self._has_costs else _NO_COSTS)
-        parts, tip = cost_parts(self._costs, document.method, document.chain, tau)
+        parts, tip = tau_cost_texts(self._costs, document.method, document.chain, tau)
         if parts and before is not None:
             parts.insert(0, self._difference(before, tau))
         elif not parts:
@@ -157,7 +157,7 @@ class CurvesPage(QWidget):
             )
             parts = [at]
         self.state.setToolTip(tip)
-        words = presumed_text(self._costs, document.chain, tau)
+        words = unjudged_intervals_text(self._costs, document.chain, tau)
         self.presumed.set_plain(words)
         self.presumed.setVisible(bool(words))
         if self._has_costs and (progress := self.progress()):
@@ -171,14 +171,16 @@ class CurvesPage(QWidget):
         reach = int((self._strength[self._counted] >= degrees).sum())
         limb = document.limb is not None
         info = DETECTORS.info(document.method)
-        square = inked("■", theme.before)
+        square = coloured_rich_text("■", theme.before)
         frames = int(self._counted.sum())
         what = tr("Frames by limb jump") if limb else tr("Frames by strength")
         reached = tr("{square} {reach} of {n} frames reach τ", square=square, reach=reach, n=frames)
         words = [f"{what}  {reached}"]
         if not (limb or info.is_m):
             words.append(_inked(tr("■ the paper's m(t)"), theme.soft))
-        name = tr("automatic τ") if limb else of_core(info.tau)  # the same for all limbs
+        name = (
+            tr("automatic τ") if limb else translate_core_sentence(info.tau)
+        )  # the same for all limbs
         words.append(_inked(f"╌ {name} {self._floor:.2f}°", theme.soft))
         return "  ".join(words)
 
@@ -192,7 +194,7 @@ class CurvesPage(QWidget):
 
     def _difference(self, before: float, now: float) -> str:
         document = self._document
-        return difference_text(self._costs, document.method, document.chain, before, now)
+        return cost_change_text(self._costs, document.method, document.chain, before, now)
 
     @property
     def _has_costs(self) -> bool:
@@ -257,7 +259,7 @@ class CurvesPage(QWidget):
 
 def _inked(text: str, colour: str) -> str:
     """Return coloured, non-breaking rich text, followed by a gap."""
-    return inked(text.replace(" ", "&nbsp;"), colour) + " &nbsp;"
+    return coloured_rich_text(text.replace(" ", "&nbsp;"), colour) + " &nbsp;"
 
 
 _STEPS = {"next_bar": tr("Bar ▸"), "next_in_bar": tr("Frame ▸")}

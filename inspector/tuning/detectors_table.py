@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from inspector.language import of_core, tr
+from inspector.language import tr, translate_core_sentence
 from inspector.session.document import Document
 from inspector.tuning.tau_costs import Costs
 from inspector.tuning.wishes import Wishes
@@ -15,7 +15,12 @@ from inspector.widgets.tables import RowModel, TableRow
 from inspector.widgets.theme import Colours
 from twistcore.detection import DETECTORS
 from twistcore.tuning import TauCurve
-from twistcore.tuning.cost_words import alarm_words, band_words, count_words, fsr_words
+from twistcore.tuning.cost_words import (
+    describe_confidence_interval,
+    describe_false_alarms,
+    format_alarm_count,
+    format_repaired_share,
+)
 
 _KINDS = ("suggested", "automatic")
 _AUTOMATIC = f"    {tr('automatic τ')}"
@@ -57,9 +62,12 @@ class DetectorsModel(RowModel[_Line]):
         self._document, self._costs, self._wishes = document, costs, wishes
         infos = DETECTORS.infos()
         self.methods = tuple(info.name for info in infos)
-        whose = [of_core(info.column) for info in infos]
+        whose = [translate_core_sentence(info.column) for info in infos]
         self.heads = "\n" + tr("Chain"), *(f"{w}\n{what}" for w in whose for what in _HEADS)
-        self.head_tips = "", *(f"{tip}: {of_core(i.label)}" for i in infos for tip in _TIPS)
+        self.head_tips = (
+            "",
+            *(f"{tip}: {translate_core_sentence(i.label)}" for i in infos for tip in _TIPS),
+        )
         self.right = range(1, len(self.heads))
 
     def key(self, thing: _Line) -> tuple[str, str]:
@@ -75,7 +83,7 @@ class DetectorsModel(RowModel[_Line]):
     def refresh(self) -> None:
         """Update the numbers in the table."""
         data = self._document.data
-        names = {c.name: of_core(c.label) for c in data.chains} if data else {}
+        names = {c.name: translate_core_sentence(c.label) for c in data.chains} if data else {}
         chains = [(name, label) for name, label in names.items() if name in self._costs.names]
         if not chains:
             self.show(())
@@ -97,14 +105,22 @@ class DetectorsModel(RowModel[_Line]):
                 texts += [unknown if chain else "", unknown, unknown]
                 tips += 3 * [""]
             else:
-                texts += [tau_text, fsr_words(cost, 0, unit=""), count_words(cost)]
-                tips += ["", of_core(band_words(cost)), of_core(alarm_words(cost))]
+                texts += [
+                    tau_text,
+                    format_repaired_share(cost, 0, unit=""),
+                    format_alarm_count(cost),
+                ]
+                tips += [
+                    "",
+                    translate_core_sentence(describe_confidence_interval(cost)),
+                    translate_core_sentence(describe_false_alarms(cost)),
+                ]
         return _Line(chain, kind, tuple(texts), tuple(tips))
 
     def _tau(self, curve: TauCurve, kind: str) -> float:
         return self._wishes.suggested(curve) if kind == _KINDS[0] else curve.automatic
 
 
-def rows_of(lines: Sequence[_Line], chain: str) -> int | None:
+def first_row_of_chain(lines: Sequence[_Line], chain: str) -> int | None:
     """Return the index of the first row of a chain, or None if the table does not list it."""
     return next((k for k, line in enumerate(lines) if line.chain == chain), None)

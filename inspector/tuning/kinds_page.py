@@ -11,17 +11,17 @@ from PySide6.QtCore import QSignalBlocker
 from PySide6.QtGui import QFontMetricsF
 from PySide6.QtWidgets import QComboBox, QStackedLayout, QWidget
 
-from inspector.language import announced, of_core, tr, tr_as
+from inspector.language import tr, tr_as, translate_core_sentence, translate_declared_text
 from inspector.session.document import Document
 from inspector.tuning.cost_plot import PercentAxis
 from inspector.tuning.verdict_evidence import CLIP, Scope, VerdictEvidence
 from inspector.widgets.axes import Axis
 from inspector.widgets.building import hbox, hint, vbox
 from inspector.widgets.canvas import Canvas
-from inspector.widgets.labels import Caption, inked, plain_text
+from inspector.widgets.labels import Caption, coloured_rich_text, plain_text
 from inspector.widgets.theme import Colours, Theme, figures_font
 from twistcore.detection.error_label import WHOLE_BODY
-from twistcore.tuning.verdict_counts import VerdictCount, count_by
+from twistcore.tuning.verdict_counts import VerdictCount, count_verdicts_by_group
 
 _NOTHING = tr(
     "Nothing has been decided yet. Accept (A) or reject (R) intervals of any kind; this page then "
@@ -99,7 +99,7 @@ class KindBars(Canvas):
         self.touch()
 
     def _numbers(self, row: float, count: VerdictCount) -> pg.TextItem:
-        text = pg.TextItem(numbers_of(count), color=self._theme.soft, anchor=(0.0, 0.5))
+        text = pg.TextItem(verdict_counts_text(count), color=self._theme.soft, anchor=(0.0, 0.5))
         text.setFont(figures_font(8.0))
         text.setPos(103.0, row)
         self.addItem(text)
@@ -176,12 +176,15 @@ class KindsPage(QWidget):
         self.plot.show_counts(counts)
         theme = self._colours.theme
         parts = (
-            inked(tr("▬ precision, with its 90 % range"), theme.accepted),
-            inked(tr("◆ recall, if you inserted the missed errors"), theme.after),
-            inked(tr("✓ errors  ✗ false alarms  + missed  ? undecided"), theme.soft),
+            coloured_rich_text(tr("▬ precision, with its 90 % range"), theme.accepted),
+            coloured_rich_text(tr("◆ recall, if you inserted the missed errors"), theme.after),
+            coloured_rich_text(tr("✓ errors  ✗ false alarms  + missed  ? undecided"), theme.soft),
         )
         self.legend.set_text(" &nbsp; ".join(parts))
-        rows = (f"{name}: {_shares(count)}, {numbers_of(count)}" for name, count in counts.items())
+        rows = (
+            f"{name}: {_shares(count)}, {verdict_counts_text(count)}"
+            for name, count in counts.items()
+        )
         self.plot.setAccessibleDescription("\n".join((plain_text(self.legend.text()), *rows)))
 
     def counts(self) -> dict[str, VerdictCount]:
@@ -192,24 +195,24 @@ class KindsPage(QWidget):
             return {}
         verdicts = [v for clip in scope.clips for v in clip.of_kinds]
         if self.groups.currentIndex():
-            by_chain = count_by(
+            by_chain = count_verdicts_by_group(
                 verdicts, lambda v: WHOLE_BODY if v.kind.info.whole_body else v.chain
             )
             return {self._label(chain): count for chain, count in sorted(by_chain.items())}
-        by_kind = count_by(verdicts, lambda v: v.kind)
+        by_kind = count_verdicts_by_group(verdicts, lambda v: v.kind)
         ordered = sorted(by_kind.items(), key=lambda item: item[0].info.place)
-        return {announced(kind.info.label): count for kind, count in ordered}
+        return {translate_declared_text(kind.info.label): count for kind, count in ordered}
 
     def _label(self, chain: str) -> str:
         if chain == WHOLE_BODY:
-            return of_core(chain)
+            return translate_core_sentence(chain)
         try:
-            return of_core(self._document.find_chain(chain).list_label)
+            return translate_core_sentence(self._document.find_chain(chain).list_label)
         except KeyError:  # the chain is only in another clip
             return chain
 
 
-def numbers_of(count: VerdictCount) -> str:
+def verdict_counts_text(count: VerdictCount) -> str:
     """Return verdict counts as text, such as "✓ 5  ✗ 2  + 1  ? 3".
 
     The numbers are those of found errors, false alarms, missed errors and undecided intervals.

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QHeaderView, QMenu, QStackedWidget, QToolButton, Q
 
 from inspector.language import tr
 from inspector.session.document import Document
-from inspector.tuning.detectors_table import DetectorsModel, rows_of
+from inspector.tuning.detectors_table import DetectorsModel, first_row_of_chain
 from inspector.tuning.tau_costs import Costs
 from inspector.tuning.tau_table import Column, ComparisonModel
 from inspector.tuning.wishes import Wishes
@@ -142,7 +142,7 @@ class ProfilesPage(QWidget):
         """Select the row of a chain in both tables."""
         if (row := self.model.row_of(name)) is not None:
             self.table.selectRow(row)
-        if (row := rows_of(self.detectors.things, name)) is not None:
+        if (row := first_row_of_chain(self.detectors.things, name)) is not None:
             self.both_table.selectRow(row)
 
     def _choose(self, index: QModelIndex) -> None:

@@ -9,20 +9,20 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer
 
-from inspector.language import of_core, tr
+from inspector.language import tr, translate_core_sentence
 from inspector.session.document import Document
 from inspector.session.session_files import rename_damaged
 from inspector.session.settings import settings_path
 from inspector.widgets.message_bar import Answers
 from twistcore.errors import FormatError, TwistError
 from twistcore.files.atomic import write_atomically
-from twistcore.files.document_values import bytes_of, parsed_json
+from twistcore.files.document_values import parsed_json, read_bytes_limited
 from twistcore.files.encoding import json_bytes
-from twistcore.files.ordinary import is_there, real_path
-from twistcore.skeleton.rig import skeleton_mark
+from twistcore.files.ordinary import path_exists, real_path
+from twistcore.skeleton.rig import skeleton_hash
 from twistcore.tuning import Profile, read_profile
 from twistcore.tuning.learned_profile import LearnedProfile
-from twistcore.tuning.verdicts_of import performer_of
+from twistcore.tuning.verdicts_of import performer_of_clip
 
 _PERFORMERS = 2000  # maximum number of clips for which the user has named the performer
 
@@ -37,7 +37,7 @@ def profile_path(mark: str, performer: str = "") -> Path:
     return settings_path().parent / "profiles" / f"{mark[:24]}{own}.toml"
 
 
-def kept_profile(mark: str, performer: str = "") -> tuple[Profile | None, str]:
+def load_saved_profile(mark: str, performer: str = "") -> tuple[Profile | None, str]:
     """Return the saved profile of a performer or, if there is none, of the skeleton.
 
     Returns a tuple of the profile, or None if none is saved, and an error message, or ''. A damaged
@@ -45,7 +45,7 @@ def kept_profile(mark: str, performer: str = "") -> tuple[Profile | None, str]:
     """
     for who in dict.fromkeys((performer, "")):
         path = profile_path(mark, who)
-        if not is_there(path):
+        if not path_exists(path):
             continue
         try:
             profile = read_profile(path)
@@ -58,7 +58,7 @@ def kept_profile(mark: str, performer: str = "") -> tuple[Profile | None, str]:
     return None, ""
 
 
-def keep_profile(learnt: LearnedProfile, source: str) -> Path:
+def save_learned_profile(learnt: LearnedProfile, source: str) -> Path:
     """Save a profile for its rig and performer, and return its path. Raises OSError on failure.
 
     `source` is the name of the folder with the sessions from which the profile was learned.
@@ -76,13 +76,13 @@ class Performers:
         self._path = settings_path().parent / "performers.json"
         self._named: dict[str, str] = {}
         with suppress(TwistError):
-            document = parsed_json(bytes_of(self._path))
+            document = parsed_json(read_bytes_limited(self._path))
             if isinstance(document, dict):
                 self._named = {str(k): v for k, v in document.items() if isinstance(v, str)}
 
     def of(self, clip: Path) -> str:
         """Return the performer of a clip, or '' if the performer is unknown."""
-        return self._named.get(str(real_path(clip)), performer_of(clip.name))
+        return self._named.get(str(real_path(clip)), performer_of_clip(clip.name))
 
     def name(self, clip: Path, performer: str) -> None:
         """Set the performer of a clip. Raises OSError if the name cannot be saved.
@@ -91,7 +91,7 @@ class Performers:
         """
         key = str(real_path(clip))
         self._named.pop(key, None)
-        if performer != performer_of(clip.name):
+        if performer != performer_of_clip(clip.name):
             self._named[key] = performer
         self._named = dict([*self._named.items()][-_PERFORMERS:])
         self._path.parent.mkdir(parents=True, exist_ok=True)
@@ -127,10 +127,10 @@ class ProfileOffers(QObject):
             return
         if self._document.review.undo_text:
             return
-        mark = skeleton_mark(data.motion.skeleton)
-        profile, trouble = kept_profile(mark, self._performers.of(data.clip.path))
+        mark = skeleton_hash(data.motion.skeleton)
+        profile, trouble = load_saved_profile(mark, self._performers.of(data.clip.path))
         if trouble:
-            self._document.message.emit(of_core(trouble), True)
+            self._document.message.emit(translate_core_sentence(trouble), True)
         if profile is None or (mark, profile.performer) in self._declined:
             return
         own, now = profile.of(data.chains), self._document.review.state.tau

@@ -143,7 +143,7 @@ class Histogram(TauPlot):
         words = self._choice_words
         if self._pointed >= 0 and (self._pointed != self._chosen or not words):
             frames = int(self._counts[self._pointed])
-            bar = bar_words(self._pointed)
+            bar = histogram_bar_label(self._pointed)
             words = plural("{bar}: {n} frame", "{bar}: {n} frames", frames, bar=bar)
         self.words.setText(words)
         self.words.setVisible(bool(words))
@@ -172,7 +172,7 @@ class Histogram(TauPlot):
         self.touch()
 
 
-def bar_of(degrees: Array) -> NDArray[np.int_]:
+def histogram_bar_index(degrees: Array) -> NDArray[np.int_]:
     """Return the index of the bar that contains each strength, (frames,).
 
     The index is −1 for a strength below the first bar.
@@ -182,12 +182,12 @@ def bar_of(degrees: Array) -> NDArray[np.int_]:
     return np.where(degrees < LOWEST, -1, bars)
 
 
-def bar_words(bar: int) -> str:
+def histogram_bar_label(bar: int) -> str:
     """Return the range of strengths in a bar as text."""
     low, high = 10 ** _BINS[bar], 10 ** _BINS[bar + 1]
     return f"{low:.3g}–{high:.3g}°"
 
 
 def _counted(degrees: Array) -> Array:
-    bars = bar_of(degrees)
+    bars = histogram_bar_index(degrees)
     return np.bincount(bars[bars >= 0], minlength=len(_BINS) - 1).astype(np.float64)

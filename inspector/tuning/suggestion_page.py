@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QAbstractSpinBox, QDoubleSpinBox, QFormLayout, QSpinBox, QWidget
 
-from inspector.language import of_core, tr
+from inspector.language import tr, translate_core_sentence
 from inspector.session.document import Document
 from inspector.tuning.tau_costs import Costs
 from inspector.tuning.wishes import MOST_DRAWS, Wishes
@@ -104,8 +104,8 @@ class SuggestionPage(QWidget):
         there, total = len(curves), len(self._costs.names)
         coming = tr("Measuring chains: {known} of {total} …", known=there, total=total)
         waiting = "" if known else coming
-        labels = {c.name: of_core(c.label) for c in data.chains}
-        self.shared.set_plain(of_core(shared.words(labels)) if shared else waiting)
+        labels = {c.name: translate_core_sentence(c.label) for c in data.chains}
+        self.shared.set_plain(translate_core_sentence(shared.words(labels)) if shared else waiting)
         self.left_out.set_text(self._left_out_words())
 
     def _left_out_words(self) -> str:

@@ -13,17 +13,17 @@ from operator import add
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from inspector.language import chosen_language, of_core, tr
+from inspector.language import chosen_language, tr, translate_core_sentence
 from inspector.session.document import Document
-from inspector.tuning.cost_worker import Capture, Request, measure
+from inspector.tuning.cost_worker import Capture, Request, measure_cost_curves
 from inspector.tuning.wishes import Wishes
 from twistcore.detection import DETECTORS
 from twistcore.review import Decision, Judged, ReviewState
 from twistcore.skeleton.chain import uncorrectable_joints
 from twistcore.skeleton.helper import Helper
-from twistcore.tuning import Cost, TauCurve, cost_of_all
-from twistcore.tuning.listed_intervals import ListCounts, list_counts
-from twistcore.tuning.verdicts_of import is_verdict, verdicts_in
+from twistcore.tuning import Cost, TauCurve, total_tuning_cost
+from twistcore.tuning.listed_intervals import ListCounts, count_listed_intervals
+from twistcore.tuning.verdicts_of import is_counter_twist_verdict, verdicts_in
 
 _POLL_MS = 30
 _REMEMBERED = 12  # number of cached results; each belongs to a clip and a set of verdicts
@@ -123,7 +123,7 @@ class Costs(QObject):
                 left_out += [(0, capture.first), (capture.stop, self._document.frames)]
             spans = [span for span in left_out if span[0] < span[1]]
             detector = self._document.detector
-            counts = list_counts(detector, chain, tau, verdicts_in(state), spans)
+            counts = count_listed_intervals(detector, chain, tau, verdicts_in(state), spans)
             self._counted[key] = counts
         return self._counted[key]
 
@@ -140,7 +140,7 @@ class Costs(QObject):
         if not tau or len(known) < len(tau):
             return None
         together = reduce(add, known)
-        cost = cost_of_all([(curves[name], t) for name, t in tau.items()])
+        cost = total_tuning_cost([(curves[name], t) for name, t in tau.items()])
         return replace(cost, alarms=float(together.rejected)), together
 
     @property
@@ -272,11 +272,11 @@ class Costs(QObject):
         # Spawn, because a fork of a program with threads and an X connection may hang.
         context = multiprocessing.get_context("spawn")
         ours, theirs = context.Pipe()
-        process = context.Process(target=measure, args=(theirs, request), daemon=True)
+        process = context.Process(target=measure_cost_curves, args=(theirs, request), daemon=True)
         try:
             process.start()
         except OSError as error:
-            why = of_core(error.strerror)
+            why = translate_core_sentence(error.strerror)
             self._fail(tr("The cost of τ cannot be measured ({why}).", why=why))
             self.changed.emit()
             return
@@ -332,4 +332,4 @@ class Costs(QObject):
 
 def _verdicts(state: ReviewState) -> tuple[Judged, ...]:
     """Return the verdicts on errors of chains, without the verdicts on limb flips."""
-    return tuple(filter(is_verdict, state.intervals))
+    return tuple(filter(is_counter_twist_verdict, state.intervals))

@@ -7,14 +7,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from inspector.language import of_core, tr
+from inspector.language import tr, translate_core_sentence
 from inspector.session.document import Document
 from inspector.tuning.tau_costs import Costs
 from inspector.widgets.tables import RowModel, TableRow
 from inspector.widgets.theme import Colours
 from twistcore.detection import DETECTORS
 from twistcore.tuning import Cost, Profile
-from twistcore.tuning.cost_words import alarm_words, band_words, count_words
+from twistcore.tuning.cost_words import (
+    describe_confidence_interval,
+    describe_false_alarms,
+    format_alarm_count,
+)
 from twistcore.tuning.listed_intervals import ListCounts
 
 _HEADS = ("τ", "FSR", tr("listed"), tr("alarms"))
@@ -89,7 +93,10 @@ class ComparisonModel(RowModel[_Line]):
         """A note that names the detector of each profile, or '' if nothing is compared."""
         notes = []
         for column in self.columns if self.others else ():
-            name, by = _short(column.name), of_core(DETECTORS.info(self.method(column)).label)
+            name, by = (
+                _short(column.name),
+                translate_core_sentence(DETECTORS.info(self.method(column)).label),
+            )
             notes.append(
                 f"{name}: {by}"
                 if column.profile.method
@@ -122,7 +129,7 @@ class ComparisonModel(RowModel[_Line]):
     def _lines(self) -> Sequence[_Line]:
         data = self._document.data
         chains = data.chains_and_limbs if data else ()
-        lines = [self._line(c.name, of_core(c.label)) for c in chains]
+        lines = [self._line(c.name, translate_core_sentence(c.label)) for c in chains]
         return [*lines, self._line("", tr("All chains"))] if lines else ()
 
     def _line(self, chain: str, label: str) -> _Line:
@@ -138,8 +145,12 @@ class ComparisonModel(RowModel[_Line]):
             else:
                 cost, counts = known
                 listed = f"{counts.listed:.0f} ({counts.automatic:.0f})"
-                texts += [f"{100 * cost.fsr:.1f} %", listed, count_words(cost)]
-                tips += [of_core(band_words(cost)), "", of_core(alarm_words(cost))]
+                texts += [f"{100 * cost.fsr:.1f} %", listed, format_alarm_count(cost)]
+                tips += [
+                    translate_core_sentence(describe_confidence_interval(cost)),
+                    "",
+                    translate_core_sentence(describe_false_alarms(cost)),
+                ]
         return _Line(chain, tuple(texts), tuple(tips))
 
     def _unknown(self, column: Column, chain: str) -> str:
@@ -154,7 +165,7 @@ class ComparisonModel(RowModel[_Line]):
             for what, tip in zip(_HEADS, _TIPS, strict=True):
                 whose = _short(column.name) if what == _HEADS[0] else ""
                 heads.append(f"{whose}\n{what}" if self.others else what)
-                by = of_core(DETECTORS.info(self.method(column)).label)
+                by = translate_core_sentence(DETECTORS.info(self.method(column)).label)
                 tips.append(tr("{name}: {what}, using {by}", name=column.name, what=tip, by=by))
         self.heads, self.head_tips, self.right = tuple(heads), tuple(tips), range(1, len(heads))
 

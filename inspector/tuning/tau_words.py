@@ -6,17 +6,17 @@ from collections.abc import Callable
 
 import numpy as np
 
-from inspector.language import of_core, plural, tr
+from inspector.language import plural, tr, translate_core_sentence
 from inspector.tuning.tau_costs import Costs
 from inspector.tuning.wishes import Wishes
-from inspector.widgets.signed_numbers import signed
+from inspector.widgets.signed_numbers import format_signed_number
 from twistcore.tuning import TauCurve
-from twistcore.tuning.cost_words import band_words, fsr_words
+from twistcore.tuning.cost_words import describe_confidence_interval, format_repaired_share
 
 _SAME = 0.006  # degrees; texts have two decimals
 
 
-def cost_parts(costs: Costs, method: str, chain: str, tau: float) -> tuple[list[str], str]:
+def tau_cost_texts(costs: Costs, method: str, chain: str, tau: float) -> tuple[list[str], str]:
     """Return a list of texts about the cost of τ for a chain, and a tool tip.
 
     The texts state the number of listed intervals, the share of repaired errors (FSR) and the
@@ -33,7 +33,9 @@ def cost_parts(costs: Costs, method: str, chain: str, tau: float) -> tuple[list[
         automatic=counts.automatic,
     )
     alarms = plural("{n} false alarm", "{n} false alarms", round(cost.alarms))
-    return [listed, f"FSR {fsr_words(cost)}", alarms], of_core(band_words(cost))
+    return [listed, f"FSR {format_repaired_share(cost)}", alarms], translate_core_sentence(
+        describe_confidence_interval(cost)
+    )
 
 
 def suggestion_text(
@@ -55,7 +57,7 @@ def suggestion_text(
     return tr("{low:.2f}–{high:.2f}° cost the same: no change", low=low, high=high)
 
 
-def difference_text(costs: Costs, method: str, chain: str, before: float, now: float) -> str:
+def cost_change_text(costs: Costs, method: str, chain: str, before: float, now: float) -> str:
     """Return a text about the change in a chain's cost if its τ changes from `before` to `now`.
 
     Both values of τ are in radians.
@@ -64,11 +66,11 @@ def difference_text(costs: Costs, method: str, chain: str, before: float, now: f
     curve = costs.by(method).get(chain)
     if old is None or new is None or curve is None:
         return ""
-    parts, points = [], signed(100.0 * (new[0].fsr - old[0].fsr))
-    if points != signed(0.0):
+    parts, points = [], format_signed_number(100.0 * (new[0].fsr - old[0].fsr))
+    if points != format_signed_number(0.0):
         parts.append(tr("{points} points", points=points))
     if alarms := round(new[0].alarms - old[0].alarms):
-        count = signed(alarms, 0)
+        count = format_signed_number(alarms, 0)
         parts.append(
             plural("{count} false alarm", "{count} false alarms", abs(alarms), count=count)
         )
@@ -78,13 +80,13 @@ def difference_text(costs: Costs, method: str, chain: str, before: float, now: f
                 "{count} unjudged correction",
                 "{count} unjudged corrections",
                 abs(unjudged),
-                count=signed(unjudged, 0),
+                count=format_signed_number(unjudged, 0),
             )
         )
     return ", ".join(parts) or tr("same cost")
 
 
-def presumed_text(costs: Costs, chain: str, tau: float) -> str:
+def unjudged_intervals_text(costs: Costs, chain: str, tau: float) -> str:
     """Return a text about the intervals without a verdict that affect a chain's cost, or ''.
 
     Some of them are counted as errors; others are counted as false alarms at the threshold `tau` in

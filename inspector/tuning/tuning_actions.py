@@ -10,13 +10,13 @@ from pathlib import Path
 from PySide6.QtWidgets import QDockWidget, QWidget
 
 from inspector.folder.queue import FolderQueue
-from inspector.language import of_core, tr
+from inspector.language import tr, translate_core_sentence
 from inspector.session.document import Document
 from inspector.tuning.remembered_profiles import Performers, ProfileOffers
 from inspector.tuning.tau_table import Column
 from inspector.tuning.tuning_panel import TuningPanel
 from inspector.widgets.building import bring_to_front
-from inspector.widgets.file_dialog import ask_files, ask_where
+from inspector.widgets.file_dialog import ask_files, ask_save_path
 from inspector.widgets.message_bar import MessageBar
 from twistcore.errors import TwistError
 from twistcore.files.ordinary import real_path
@@ -88,7 +88,7 @@ class TuningActions:
             return
         wanted = self.document.proposed(".toml")
         title, then = tr("Save profile"), self.save_profile_to
-        ask_where(self.window, title, _PATTERN, then, wanted=wanted, suffix="toml")
+        ask_save_path(self.window, title, _PATTERN, then, wanted=wanted, suffix="toml")
 
     def _nothing_kept(self) -> bool:
         """If a lesson or an exercise owns the clip, show why τ is not saved, and return True."""
@@ -109,7 +109,7 @@ class TuningActions:
         try:
             write_profile(path, self.panel().tuned(), data.clip.name, method)
         except OSError as error:
-            why = of_core(error.strerror)
+            why = translate_core_sentence(error.strerror)
             self.bar.show_message(tr("{path} was not written ({why}).", path=path, why=why), True)
         else:
             message = tr("{name} was written. Pass it to twistcore with --profile.", name=path.name)
@@ -140,7 +140,7 @@ class TuningActions:
         try:
             return read_profile(path)
         except TwistError as error:
-            why = of_core(error)
+            why = translate_core_sentence(error)
             self.bar.show_message(tr("{why}. Nothing was changed.", why=why), True)
             return None
 

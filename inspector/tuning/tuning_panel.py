@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from inspector.language import of_core, tr, tr_as
+from inspector.language import tr, tr_as, translate_core_sentence
 from inspector.session.document import BLIND, Document
 from inspector.timeline.tau_line import LARGEST_TAU, SMALLEST_TAU
 from inspector.tuning.confidence_page import ConfidencePage
@@ -34,7 +34,7 @@ from inspector.widgets.building import Wrapping, action_button, hbox, hint, vbox
 from inspector.widgets.labels import bold
 from inspector.widgets.later import Burst, Latest, RedrawRequests
 from inspector.widgets.theme import Colours
-from twistcore.tuning import Tuned, tuned
+from twistcore.tuning import Tuned, tau_with_cost
 
 _SHORT = {  # short texts for the buttons
     "tau_for_chain": tr("Chain"),
@@ -186,7 +186,9 @@ class TuningPanel(QWidget):
         if not ready:
             return
         if everything:
-            self.title.setText(bold(of_core(document.find_chain(document.chain).label)))
+            self.title.setText(
+                bold(translate_core_sentence(document.find_chain(document.chain).label))
+            )
             self.curves.show_chain()
         degrees = self._degrees()
         self.curves.show_tau(degrees, held=bool(self._drag))
@@ -283,7 +285,7 @@ class TuningPanel(QWidget):
         out = {}
         for name, tau in self._document.review.state.tau.items():
             if curve := self.costs.curves.get(name):
-                out[name] = tuned(curve, tau)
+                out[name] = tau_with_cost(curve, tau)
             else:
                 out[name] = Tuned(float(np.degrees(tau)), np.nan, np.nan, np.nan)
         return out

@@ -10,20 +10,20 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, QTimer, Signal
 
-from inspector.language import of_core, tr
+from inspector.language import tr, translate_core_sentence
 from inspector.session.document import Document
 from inspector.session.opening import Analysed
-from inspector.session.session_files import kept_sessions, modified_ns
+from inspector.session.session_files import find_existing_sessions, modified_ns
 from inspector.tuning.remembered_profiles import Performers
 from inspector.tuning.wishes import Wishes
 from inspector.widgets.background import OneTask
 from twistcore.errors import TwistError
-from twistcore.formats.clip_files import clips_in
+from twistcore.formats.clip_files import clip_paths_in_folder
 from twistcore.review import ReviewState
 from twistcore.tuning.common_tau import CommonTau, common_tau
 from twistcore.tuning.learned_profile import LearnedProfile, learned_profile
 from twistcore.tuning.verdict_curve import Suggestion, VerdictCurve, verdict_curve
-from twistcore.tuning.verdicts_of import JudgedClip, judged_clip, read_judged_clip
+from twistcore.tuning.verdicts_of import JudgedClip, judged_clip_from_review, read_judged_clip
 from twistcore.work.progress import Tell
 
 CLIP, FOLDER, RIG = tr("This clip"), tr("Folder"), tr("This rig")
@@ -163,7 +163,7 @@ class VerdictEvidence(QObject):
         self.changed.emit()
 
     def _fail(self, error: object) -> None:
-        why = of_core(error)
+        why = translate_core_sentence(error)
         self.trouble = tr("The verdicts cannot be counted ({why}).", why=why)
         self.changed.emit()
 
@@ -180,19 +180,19 @@ def _counted(
 
     Called in a thread.
     """
-    own = judged_clip(data.analysis, state, performers.of(data.clip.path))
+    own = judged_clip_from_review(data.analysis, state, performers.of(data.clip.path))
     others, skipped, still = [], [], _Known()
-    folder = clips_in(data.clip.path.parent)
+    folder = clip_paths_in_folder(data.clip.path.parent)
     for k, path in enumerate(folder):
         tell(k / len(folder))
-        if path == data.clip.path or not (sessions := kept_sessions(path)):
+        if path == data.clip.path or not (sessions := find_existing_sessions(path)):
             continue
         key = sessions[0], modified_ns(sessions[0]), performers.of(path)
         if key not in known:
             try:
                 known[key] = read_judged_clip(path, sessions[0], key[2])
             except TwistError as error:
-                known[key] = of_core(error)
+                known[key] = translate_core_sentence(error)
         judged = still[key] = known[key]
         if isinstance(judged, str):
             skipped.append(judged)

@@ -10,13 +10,13 @@ from PySide6.QtCore import QItemSelectionModel, QSignalBlocker, Qt, Signal
 from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QHeaderView, QStackedLayout, QWidget
 
-from inspector.language import of_core, plural, tr
+from inspector.language import plural, tr, translate_core_sentence
 from inspector.session.document import Document
 from inspector.tuning.tau_costs import Costs
 from inspector.tuning.verdict_evidence import CLIP, Scope, VerdictEvidence
 from inspector.tuning.verdict_plots import PrecisionPlot
 from inspector.widgets.building import hbox, hint, tool_button, vbox
-from inspector.widgets.labels import Caption, as_tip, inked, plain_text
+from inspector.widgets.labels import Caption, coloured_rich_text, escape_tool_tip_text, plain_text
 from inspector.widgets.tables import RowModel, RowTable, TableRow
 from inspector.widgets.theme import Colours
 from twistcore.tuning.verdict_curve import ENOUGH_ERRORS, Suggestion, verdict_score
@@ -121,11 +121,11 @@ def _between(what: str, low: str, high: str) -> str:
     return tr("{what}, {low} to {high} with 90 % confidence", what=what, low=low, high=high)
 
 
-def needed_words(scope: Scope) -> str:
+def needed_verdicts_sentence(scope: Scope) -> str:
     """Return a sentence that states which verdicts are still needed to suggest a τ."""
     errors, own = scope.curve.needed
     if scope.curve.enough:
-        return of_core(scope.curve.one_sided_sentence)
+        return translate_core_sentence(scope.curve.one_sided_sentence)
     parts = []
     if errors and scope.chain:
         parts.append(
@@ -271,7 +271,7 @@ class VerdictPage(QWidget):
     @property
     def _labels(self) -> Mapping[str, str]:
         data = self._document.data
-        return {c.name: of_core(c.label) for c in data.chains} if data else {}
+        return {c.name: translate_core_sentence(c.label) for c in data.chains} if data else {}
 
     def show_tau(self, degrees: float, *, held: bool) -> None:
         """Show the current τ of the selected chain, in degrees, in the plot."""
@@ -286,17 +286,23 @@ class VerdictPage(QWidget):
         injected = self._costs.curves.get(self._document.chain)
         self.plot.show_injected(injected)
         legend = [
-            inked(tr("━ recall"), theme.after),
-            inked(tr("━ precision"), theme.accepted),
+            coloured_rich_text(tr("━ recall"), theme.after),
+            coloured_rich_text(tr("━ precision"), theme.accepted),
         ]
         if injected is not None:
-            legend.append(inked(tr("┄ FSR of injected errors"), theme.before))
+            legend.append(coloured_rich_text(tr("┄ FSR of injected errors"), theme.before))
         if self.width() >= NARROW:
             seen = math.degrees(scope.curve.reviewed)
-            legend.append(inked(tr("╌ listed at or above {tau:.2f}°", tau=seen), theme.soft))
+            legend.append(
+                coloured_rich_text(tr("╌ listed at or above {tau:.2f}°", tau=seen), theme.soft)
+            )
         if suggestion is not None:
             ends = f"{math.degrees(suggestion.low):.2f}–{math.degrees(suggestion.high):.2f}°"
-            legend.append(inked(f"▼ {math.degrees(suggestion.tau):.2f}° ({ends})", theme.accepted))
+            legend.append(
+                coloured_rich_text(
+                    f"▼ {math.degrees(suggestion.tau):.2f}° ({ends})", theme.accepted
+                )
+            )
         self.legend.set_text(" &nbsp; ".join(legend))
         self.plot.setAccessibleDescription(plain_text(self.legend.text()))
         self.words.set_plain(self._description(scope, self._labels.get))
@@ -305,7 +311,7 @@ class VerdictPage(QWidget):
         self.use.setEnabled(any(abs(now[name] - t) > 1e-6 for name, t in tau.items()))
         label = self._labels.get(scope.chain, scope.chain)
         self.use.setToolTip(
-            as_tip(tr("Detect with the suggested τ in {chain}", chain=label))
+            escape_tool_tip_text(tr("Detect with the suggested τ in {chain}", chain=label))
             if label
             else tr("Detect with the suggested τ in {n} chains", n=len(tau))
         )
@@ -315,9 +321,11 @@ class VerdictPage(QWidget):
         if evidence.trouble:
             return evidence.trouble
         if suggestion_of(scope) is None:
-            text = needed_words(scope)
+            text = needed_verdicts_sentence(scope)
         elif scope.found is not None:
-            text = " ".join(map(of_core, scope.found.words(lambda name: label(name) or name)))
+            text = " ".join(
+                map(translate_core_sentence, scope.found.words(lambda name: label(name) or name))
+            )
         else:
             text = tr(
                 "This τ is only for this chain. The rows above show whether all chains can "

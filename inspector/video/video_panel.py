@@ -21,8 +21,14 @@ from inspector.video.remembered_videos import (
 from inspector.video.screen import Screen
 from inspector.video.video_reader import Picture, VideoReader
 from inspector.widgets.background import OneTask, Task
-from inspector.widgets.building import action_button, hbox, soft, tool_button, vbox
-from inspector.widgets.labels import ElidedLabel, SteadyLabel, as_tip
+from inspector.widgets.building import (
+    action_button,
+    hbox,
+    tool_button,
+    use_secondary_text_colour,
+    vbox,
+)
+from inspector.widgets.labels import ElidedLabel, SteadyLabel, escape_tool_tip_text
 from inspector.widgets.signed_numbers import SignedBox
 from inspector.widgets.theme import Colours
 from twistcore.files.ordinary import real_path
@@ -67,7 +73,10 @@ class VideoPanel(QWidget):
         self.forth = self._button("▶", tr("One video frame forward"), lambda: self.nudge(+1))
         self.hold = action_button(self._hold)
         self.hold.setObjectName("hold")
-        self.facts, self.clock = soft(ElidedLabel()), soft(SteadyLabel())
+        self.facts, self.clock = (
+            use_secondary_text_colour(ElidedLabel()),
+            use_secondary_text_colour(SteadyLabel()),
+        )
         buttons = self.back, self.forth, self.hold
         row = hbox(tr("Offset"), (self.offset, 1), *buttons, margins=(8, 4, 8, 0))
         below = hbox((self.facts, 1), self.clock, margins=(8, 0, 8, 6))
@@ -249,7 +258,7 @@ class VideoPanel(QWidget):
             text = f"{reader.fps:.4g} {_FPS} · {reader.width}×{reader.height} · {reader.path.name}"
             tip = f"{reader.path}\n{reader.duration:.2f} s"
         self.facts.setText(text)
-        self.facts.setToolTip(as_tip(tip))
+        self.facts.setToolTip(escape_tool_tip_text(tip))
         self._show_time()
 
     def _show_time(self) -> None:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from inspector.language import of_core, tr
+from inspector.language import tr, translate_core_sentence
 
 if TYPE_CHECKING:
     from av import VideoFrame
@@ -127,7 +127,7 @@ class VideoReader:
         try:
             return self._picture(seconds, width, height)
         except av.FFmpegError as error:
-            why = of_core(str(error.strerror))
+            why = translate_core_sentence(str(error.strerror))
             message = tr("{path}: the video could not be read ({why}).", path=self.path, why=why)
             raise VideoError(message) from None
 
@@ -204,7 +204,11 @@ class VideoReader:
             message = tr("The video {name} is no longer in {folder}.", name=name, folder=folder)
             raise VideoError(message) from None
         except (av.FFmpegError, OSError) as error:
-            why = of_core(error.strerror) if error.strerror else tr("the file is not a video")
+            why = (
+                translate_core_sentence(error.strerror)
+                if error.strerror
+                else tr("the file is not a video")
+            )
             message = tr(
                 "{path}: this file cannot be played as a video ({why}).", path=self.path, why=why
             )

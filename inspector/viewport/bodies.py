@@ -183,7 +183,7 @@ def find_bones(motion: Motion, up: Array, height: float) -> tuple[BoneSegment, .
     return tuple(bones)
 
 
-def aligned_fronts(
+def align_bone_fronts(
     bones: Sequence[BoneSegment], chains: Sequence[Chain]
 ) -> tuple[BoneSegment, ...]:
     """Return the bones, with their fronts aligned along each limb in the rest pose.
@@ -199,7 +199,7 @@ def aligned_fronts(
     for chain, number in pairs:
         if (above := into.get(chain.parent)) is not None:
             upper, axis = found[above], normalise(found[number].tip)
-            normal = carried_normal(upper.normal, normalise(upper.tip), axis)
+            normal = apply_shortest_rotation(upper.normal, normalise(upper.tip), axis)
             found[number] = replace(found[number], normal=normal)
     return tuple(found)
 
@@ -267,7 +267,7 @@ def build_soup(
     )
 
 
-def place(soup: Soup, rotations: Array, positions: Array) -> Array:
+def pose_soup_vertices(soup: Soup, rotations: Array, positions: Array) -> Array:
     """Return the vertices in world space, (vertices, 3), for a global pose.
 
     `rotations` are (joints, 4), and `positions` are (joints, 3).
@@ -320,7 +320,7 @@ def _wedge_axes(bone: BoneSegment, grown: float) -> Array:
     return np.stack([bone.tip, grown * bone.width * across, grown * bone.width * bone.normal])
 
 
-def carried_normal(vector: Array, start: Array, stop: Array) -> Array:
+def apply_shortest_rotation(vector: Array, start: Array, stop: Array) -> Array:
     """Rotate `vector` by the shortest rotation that takes `start` to `stop`.
 
     All vectors are unit vectors, (3,). `vector` is perpendicular to `start`, and the result is

@@ -64,7 +64,7 @@ def shaded(colour: Floats, share: Floats) -> Floats:
     return out
 
 
-def palette(theme: Theme) -> Floats:
+def bone_role_colours(theme: Theme) -> Floats:
     """Return the colour of each part of a bone in each role, (roles, parts, 3) in 0…255."""
     by_role = theme.bone, theme.bone, theme.before, theme.after
     colours = np.stack([*(rgb(c) for c in by_role), mix(theme.bone, theme.after, _SUGGESTED)])
@@ -84,7 +84,9 @@ def palette(theme: Theme) -> Floats:
     return out
 
 
-def paint(shape: Soup | Skin, colours: Floats, roles: NDArray[np.int64]) -> Colours:
+def vertex_colours_by_role(
+    shape: Soup | Skin, colours: Floats, roles: NDArray[np.int64]
+) -> Colours:
     """Return the colour of each vertex of a shape according to its bone's role, (vertices, 3).
 
     Parameters
@@ -92,7 +94,7 @@ def paint(shape: Soup | Skin, colours: Floats, roles: NDArray[np.int64]) -> Colo
     shape
         The bodies or the skin to colour.
     colours
-        The result of :func:`palette`, (roles, parts, 3).
+        The result of :func:`bone_role_colours`, (roles, parts, 3).
     roles
         The role of each bone, (bones,).
     """
@@ -100,7 +102,7 @@ def paint(shape: Soup | Skin, colours: Floats, roles: NDArray[np.int64]) -> Colo
     return np.clip(colours[role, shape.part], 0.0, 255.0).astype(np.uint8)
 
 
-def ghost_paint(shape: Soup | Skin, theme: Theme) -> Colours:
+def ghost_vertex_colours(shape: Soup | Skin, theme: Theme) -> Colours:
     """Return the colour and opacity of each vertex of the ghost, (vertices, 4) in 0…255.
 
     The ghost is the translucent figure before correction. Only its stripes are nearly opaque.
@@ -110,7 +112,7 @@ def ghost_paint(shape: Soup | Skin, theme: Theme) -> Colours:
     return out[shape.part].astype(np.uint8)
 
 
-def scale_colour(theme: Theme, angle: Floats) -> Floats:
+def offset_scale_colours(theme: Theme, angle: Floats) -> Floats:
     """Return the colours that represent |offset| on the colour scale, (n, 3) in 0…255.
 
     `angle` contains the offsets in radians, (n,).
@@ -120,7 +122,7 @@ def scale_colour(theme: Theme, angle: Floats) -> Floats:
     return np.stack([np.interp(at, range(len(stops)), stops[:, k]) for k in range(3)], axis=1)
 
 
-def scale_paint(shape: Soup | Skin, theme: Theme, offsets: Floats) -> Colours:
+def vertex_colours_by_offset(shape: Soup | Skin, theme: Theme, offsets: Floats) -> Colours:
     """Return the colour of each vertex of a shape according to its bone's |offset|, (vertices, 3).
 
     Parameters
@@ -133,4 +135,6 @@ def scale_paint(shape: Soup | Skin, theme: Theme, offsets: Floats) -> Colours:
         The |offset| of each bone in radians, (bones,).
     """
     plain = np.append(offsets, 0.0)  # for the spheres at joints, whose bone is −1
-    return shaded(scale_colour(theme, plain)[shape.bone], _SCALED[shape.part]).astype(np.uint8)
+    return shaded(offset_scale_colours(theme, plain)[shape.bone], _SCALED[shape.part]).astype(
+        np.uint8
+    )

@@ -6,14 +6,14 @@ import numpy as np
 from PySide6.QtCore import QObject, QPointF
 from PySide6.QtWidgets import QToolTip
 
-from inspector.language import of_core, tr
+from inspector.language import tr, translate_core_sentence
 from inspector.viewport.bodies import BoneSegment
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
 from inspector.viewport.camera_moves import Steering
 from inspector.viewport.frame_drawing import FrameDrawing
 from inspector.viewport.limb_circle import limb_bones
 from inspector.viewport.solid_and_ghost import Pose
-from inspector.widgets.labels import as_tip
+from inspector.widgets.labels import escape_tool_tip_text
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.rotation import Array, rotate
@@ -62,9 +62,12 @@ class Pointing(QObject):
             found = self._next_chain(joint)
             if isinstance(found, Limb):
                 name += "\n" + tr(
-                    "Click to select the whole limb: {limb}", limb=of_core(found.label)
+                    "Click to select the whole limb: {limb}",
+                    limb=translate_core_sentence(found.label),
                 )
-            QToolTip.showText(self._view.mapToGlobal(at.toPoint()), as_tip(name), self._view)
+            QToolTip.showText(
+                self._view.mapToGlobal(at.toPoint()), escape_tool_tip_text(name), self._view
+            )
 
     def _next_chain(self, joint: int | None) -> Chain | None:
         """Return the chain or limb that a click on the bone of a joint would select, or None."""

@@ -152,7 +152,7 @@ class OrbitCamera:
         return normalise(seen @ self.axes)
 
 
-def between(start: OrbitCamera, stop: OrbitCamera, share: float) -> OrbitCamera:
+def interpolate_cameras(start: OrbitCamera, stop: OrbitCamera, share: float) -> OrbitCamera:
     """Interpolate between two cameras that have the same `up` and `ahead`.
 
     `share` is 0 at `start` and 1 at `stop`. The azimuth changes in the direction of the shorter
@@ -168,7 +168,7 @@ def between(start: OrbitCamera, stop: OrbitCamera, share: float) -> OrbitCamera:
     )
 
 
-def preset(camera: OrbitCamera, name: str, facing: Array) -> OrbitCamera:
+def rotate_to_named_view(camera: OrbitCamera, name: str, facing: Array) -> OrbitCamera:
     """Return a copy of the camera, rotated to the view `name` in VIEWS.
 
     `facing` is the horizontal direction in which the figure faces, (3,).
@@ -186,7 +186,7 @@ def _nothing_hidden(directions: Array) -> Array:
     return np.zeros(len(directions))
 
 
-def roll_direction(
+def roll_viewing_direction(
     axis: Array,
     after: Array,
     before: Array,
@@ -245,7 +245,7 @@ def roll_direction(
     return best
 
 
-def circle_direction(
+def circle_viewing_direction(
     axis: Array,
     aside: Array,
     outward: Array,

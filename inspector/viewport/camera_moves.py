@@ -10,10 +10,15 @@ from PySide6.QtCore import QVariantAnimation
 from PySide6.QtWidgets import QWidget
 
 from inspector.session.document import Document
-from inspector.viewport.bodies import place
-from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera, between, preset
+from inspector.viewport.bodies import pose_soup_vertices
+from inspector.viewport.camera import (
+    VIEW_ANGLE,
+    OrbitCamera,
+    interpolate_cameras,
+    rotate_to_named_view,
+)
 from inspector.viewport.frame_drawing import pictured_chain
-from inspector.viewport.limb_side import limb_joints, limb_side
+from inspector.viewport.limb_side import best_limb_error_view, limb_joints
 from inspector.viewport.scene import Scene
 from inspector.viewport.solid_and_ghost import Style
 from twistcore.skeleton.chain import Chain
@@ -79,7 +84,7 @@ class Steering(QWidget):
         self._stop_turning()
         frame = self.document.frame
         facing = scene.facing(scene.data.positions[frame], self.document.person)
-        turned = preset(self.camera, name, facing)
+        turned = rotate_to_named_view(self.camera, name, facing)
         self.camera = turned.framing(
             self._around(scene, frame), self._aspect(), covered=self._covered()
         )
@@ -162,7 +167,7 @@ class Steering(QWidget):
             # The skin of the bone above is twisted as well.
             above = int(data.motion.skeleton.parents[chain.parent])
         facing = scene.facing(after[1], chain.person)
-        side = limb_side(
+        side = best_limb_error_view(
             chain, scene.bodies, before, after, facing, scene.up,
             skeleton=data.motion.skeleton, height=scene.height, above=above,
             body=scene.people.get(chain.person, ()),
@@ -176,7 +181,7 @@ class Steering(QWidget):
     def _turned(self, share: float) -> None:
         if self._turn is not None:
             smooth = share * share * (3.0 - 2.0 * share)
-            self.camera = between(*self._turn, smooth)
+            self.camera = interpolate_cameras(*self._turn, smooth)
             self._schedule()
             if share >= 1.0:
                 self._turn = None
@@ -192,7 +197,7 @@ class Steering(QWidget):
         The movement of each root joint during this time is subtracted.
         """
         data, soup = scene.data, scene.shapes.bodies
-        bodies = place(soup, data.rotations[frame], data.positions[frame])
+        bodies = pose_soup_vertices(soup, data.rotations[frame], data.positions[frame])
         stop = frame + max(2, round(0.25 * data.motion.fps))
         parts = []
         for joints in self._listed(scene):

@@ -24,7 +24,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QWidget
 
 from inspector.language import tr
-from inspector.viewport.bodies import carried_normal
+from inspector.viewport.bodies import apply_shortest_rotation
 from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.limb_turn import Turn
 from inspector.widgets.theme import Theme
@@ -91,7 +91,7 @@ def clock_size(picture: tuple[int, int]) -> QSize:
     return QSize(wide, wide)
 
 
-def hands_of(turn: Turn, camera: OrbitCamera, degrees: float) -> Hands:
+def clock_hands(turn: Turn, camera: OrbitCamera, degrees: float) -> Hands:
     """Return the hands that show a rotation as seen along its axis.
 
     The view along the axis is obtained by the shortest rotation of the camera, so directions in the
@@ -108,7 +108,7 @@ def hands_of(turn: Turn, camera: OrbitCamera, degrees: float) -> Hands:
     """
     circle = turn.circle
     axis = circle.axis if circle.axis @ camera.direction >= 0.0 else -circle.axis
-    right, up = (carried_normal(side, camera.direction, axis) for side in camera.axes[:2])
+    right, up = (apply_shortest_rotation(side, camera.direction, axis) for side in camera.axes[:2])
     arms = circle.at(np.linspace(0.0, -turn.drawn, _STEPS)) - circle.centre
     way = np.stack([arms @ right, -(arms @ up)], axis=1)
     return Hands(way / np.linalg.norm(way, axis=1, keepdims=True), degrees)

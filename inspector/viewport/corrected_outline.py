@@ -9,7 +9,7 @@ from inspector.viewport.bodies import FIN
 from inspector.viewport.bone_colours import mix, rgb
 from inspector.viewport.mesh_actor import Piece, segments
 from inspector.viewport.solid_and_ghost import SAME
-from inspector.viewport.striped_skin import FIN_PARTS, Skin, fins_of
+from inspector.viewport.striped_skin import FIN_PARTS, Skin, pose_skin_fins
 from inspector.widgets.theme import Theme
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
@@ -69,7 +69,7 @@ class CorrectedOutline:
         differs = geodesic_angle(before[0][joints], after[0][joints]) > SAME
         differs[:-1] &= np.maximum(moved[:-1], moved[1:]) < _LOOSE * self._height
         turned = [joint for joint, wrong in zip(joints, differs, strict=True) if wrong]
-        fins = fins_of(self._skin, turned[:_FINS], *after)[:_FINS]
+        fins = pose_skin_fins(self._skin, turned[:_FINS], *after)[:_FINS]
         self.fins.show(bool(fins.size))
         if fins.size:
             points = np.tile(fins[0, 0], (len(self.fins.points), 1))  # faces of zero area

@@ -8,7 +8,7 @@ import numpy as np
 from PySide6.QtCore import SignalInstance
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from inspector.viewport.bodies import BoneSegment, build_soup, place
+from inspector.viewport.bodies import BoneSegment, build_soup, pose_soup_vertices
 from inspector.viewport.bone_colours import rgb
 from inspector.viewport.mesh_actor import Piece
 from inspector.viewport.solid_and_ghost import SAME, Pose
@@ -70,7 +70,7 @@ class DashedOutline:
         self._piece.show(bool(drawn.any()))
         if not self._piece.shown:
             return
-        points = place(self._soup, rotations, positions)
+        points = pose_soup_vertices(self._soup, rotations, positions)
         points[~drawn[self._soup.bone]] = positions[0]  # edges without a length are not drawn
         start, stop = points[self._soup.edges].swapaxes(0, 1)
         dashes = start[:, None] + self._shares[:, None] * (stop - start)[:, None]

@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject
 from inspector.session.document import Document
 from inspector.viewport.clock import Clock
 from twistcore.review import Judged
-from twistcore.review.model import with_level
+from twistcore.review.model import with_median_offset
 
 
 class Dial(QObject):
@@ -49,4 +49,4 @@ class Dial(QObject):
         interval = judged.interval
         now = interval.largest if interval.soft_ended else interval.delta
         delta = math.remainder(now + math.radians(degrees), math.tau)
-        self._document.edit(judged.id, with_level(interval, delta), self._drag)
+        self._document.edit(judged.id, with_median_offset(interval, delta), self._drag)

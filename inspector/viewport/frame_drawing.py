@@ -18,9 +18,9 @@ from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.dashed_figure import Companion
 from inspector.viewport.legend import frame_legend, trails_text
 from inspector.viewport.limb_circle import limb_bones
-from inspector.viewport.limb_turn import LEAST_ANGLE, Turn, turn_of
+from inspector.viewport.limb_turn import LEAST_ANGLE, Turn, limb_correction_turn
 from inspector.viewport.mesh_actor import Index
-from inspector.viewport.occlusion import covering
+from inspector.viewport.occlusion import occluding_bone_mask
 from inspector.viewport.scene import Scene
 from inspector.viewport.solid_and_ghost import Pose, Style
 from inspector.widgets.theme import Theme
@@ -217,7 +217,7 @@ class FrameDrawing:
         now, then = (document.pose(document.frame, after=after) for after in (False, True))
         offset = float(document.offset(chain.name)[document.frame])
         skeleton = scene.data.motion.skeleton
-        return turn_of(chain, offset, now, then, scene.bones, skeleton, scene.height)
+        return limb_correction_turn(chain, offset, now, then, scene.bones, skeleton, scene.height)
 
     def pose(self, scene: Scene, show: Show | None = None) -> Pose:
         """Return the pose of the current frame, with the data for the colours of its bones.
@@ -236,7 +236,9 @@ class FrameDrawing:
         if (turned & (roles == Role.CHOSEN)).any():  # colour only the selected limb
             turned &= roles == Role.CHOSEN
             roles[:] = Role.PLAIN
-        elif fault_at(document) is not None:  # no correction: the limb is wrong in all images
+        elif (
+            selected_unrepairable_interval(document) is not None
+        ):  # no correction: the limb is wrong in all images
             roles[roles == Role.CHOSEN] = Role.BEFORE
         roles[turned] = Role.BEFORE if show == Show.BEFORE else Role.AFTER
         if show != Show.BEFORE:
@@ -259,7 +261,10 @@ class FrameDrawing:
         if self.guest is not None:
             text = self.guest.legend()
         else:
-            chain, fault = selected_chain(self._document), fault_at(self._document)
+            chain, fault = (
+                selected_chain(self._document),
+                selected_unrepairable_interval(self._document),
+            )
             tracked = self._tracked_pose() is not None
             text = frame_legend(self._document, scene, theme, chain, fault, self.roles, tracked)
         if scene.trails is not None:
@@ -276,7 +281,7 @@ class FrameDrawing:
         hidden = not scene.split and document.show == Show.AFTER
         if chain is None or self.guest is not None or hidden:
             return None
-        fault = fault_at(document)
+        fault = selected_unrepairable_interval(document)
         offset = float(document.offset(document.chain)[document.frame])
         degrees = float(np.degrees(fault.size if fault else offset))
         if abs(degrees) < LEAST_ANGLE:
@@ -296,7 +301,7 @@ class FrameDrawing:
         own = np.zeros(len(ends), dtype=bool)
         own[: len(pose.roles)] = pose.roles != Role.PLAIN
         towards = normalise(camera.position - points.mean(axis=0))
-        return covering(ends, scene.rods.width, own, scene.height, points, towards)
+        return occluding_bone_mask(ends, scene.rods.width, own, scene.height, points, towards)
 
     def own_joints(self, scene: Scene) -> tuple[int, ...]:
         """Return the joints of the selected chain's person, or of the first person."""
@@ -383,7 +388,7 @@ def _ends(chain: Chain | None) -> tuple[int, ...]:
     return chain.parent, chain.end if isinstance(chain, Limb) else chain.child
 
 
-def fault_at(document: Document) -> Interval | None:
+def selected_unrepairable_interval(document: Document) -> Interval | None:
     """Return the selected interval, or None if it can be corrected.
 
     The result is also None if the interval does not contain the current frame.

@@ -37,7 +37,9 @@ class Ground:
         return float(self.centre @ self.up)
 
 
-def lowest(positions: Array, up: Array, height: float, roots: Sequence[int] = (0,)) -> Ground:
+def ground_at_lowest_joint(
+    positions: Array, up: Array, height: float, roots: Sequence[int] = (0,)
+) -> Ground:
     """Return the ground at the height of the lowest joint in a clip.
 
     The disc covers the paths of all `roots` (joint indices) with a margin. `positions` is

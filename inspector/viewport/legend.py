@@ -6,13 +6,13 @@ from collections.abc import Collection
 
 import numpy as np
 
-from inspector.language import of_core, tr
+from inspector.language import tr, translate_core_sentence
 from inspector.session.document import Document
 from inspector.session.open_clip import Show
 from inspector.viewport.bone_colours import Role
 from inspector.viewport.scene import Scene
-from inspector.widgets.labels import bold, inked
-from inspector.widgets.signed_numbers import plain, signed
+from inspector.widgets.labels import bold, coloured_rich_text
+from inspector.widgets.signed_numbers import format_number, format_signed_number
 from inspector.widgets.theme import Theme
 from twistcore.detection import Interval
 from twistcore.detection.error_label import error_label
@@ -48,10 +48,12 @@ def frame_legend(
     if chain is not None:
         degrees = float(np.degrees(document.offset(chain.name)[document.frame]))
     swivel = isinstance(chain, Limb)
-    title = of_core(chain.label) if chain is not None else ""
+    title = translate_core_sentence(chain.label) if chain is not None else ""
     if chain is not None and fault is not None:
         of_body = fault.kind.info.whole_body
-        title = of_core(error_label(fault, chain)) if of_body else fault.joint or title
+        title = (
+            translate_core_sentence(error_label(fault, chain)) if of_body else fault.joint or title
+        )
     text = legend_text(
         theme,
         "split" if scene.split else document.show,
@@ -64,7 +66,7 @@ def frame_legend(
         suggested=Role.SUGGESTED in roles,
     )
     if swivel and not scene.circled:
-        text += inked(f"&nbsp;&nbsp; {_NO_CIRCLE}", theme.soft)
+        text += coloured_rich_text(f"&nbsp;&nbsp; {_NO_CIRCLE}", theme.soft)
     return text
 
 
@@ -104,7 +106,7 @@ def legend_text(
     before = _key("□" if show == Show.BOTH else "■", theme.before, tr("before"))
     after = _key("■", theme.after, tr("after"))
     if tracked and show != Show.BOTH:
-        after += f"&nbsp;{inked(_unbroken(tr('→ tracked')), theme.tracked)}"
+        after += f"&nbsp;{coloured_rich_text(_unbroken(tr('→ tracked')), theme.tracked)}"
     if show == "split":
         text = f"◧&nbsp;{before}&nbsp;&nbsp; ◨&nbsp;{after}"
     else:
@@ -116,14 +118,14 @@ def legend_text(
         text += f"&nbsp;&nbsp; {_key('■', theme.accent, tr('selected'))}"
     if chain:
         colour = theme.before if fault or abs(degrees) >= 0.05 else theme.soft
-        angle = f"{signed(degrees)}°"
+        angle = f"{format_signed_number(degrees)}°"
         words = (
             tr("swivel off by {angle}", angle=angle)
             if swivel
             else tr("off by {angle}", angle=angle)
         )
         text += f"&nbsp;&nbsp;&nbsp; {_unbroken(bold(chain))}&nbsp; "
-        text += inked(_unbroken(fault or words), colour)
+        text += coloured_rich_text(_unbroken(fault or words), colour)
     if tracked and show == Show.BOTH:
         text += f"&nbsp;&nbsp;&nbsp; {_key('┄', theme.tracked, tr('tracked'))}"
     return text
@@ -141,9 +143,13 @@ def trails_text(apart: float) -> str:
 def _fault_words(interval: Interval) -> str:
     """Return the legend text for an interval that cannot be corrected."""
     degrees = float(np.degrees(interval.size))
-    fields = {"size": f"{plain(degrees)}°", "angle": f"{signed(degrees)}°", "joint": interval.joint}
+    fields = {
+        "size": f"{format_number(degrees)}°",
+        "angle": f"{format_signed_number(degrees)}°",
+        "joint": interval.joint,
+    }
     kind = interval.kind
-    return of_core(kind.info.legend.format(**fields) if kind.info.legend else kind)
+    return translate_core_sentence(kind.info.legend.format(**fields) if kind.info.legend else kind)
 
 
 def _unbroken(text: str) -> str:
@@ -151,4 +157,4 @@ def _unbroken(text: str) -> str:
 
 
 def _key(mark: str, colour: str, text: str) -> str:
-    return f"{inked(mark, colour)}&nbsp;{text}"
+    return f"{coloured_rich_text(mark, colour)}&nbsp;{text}"

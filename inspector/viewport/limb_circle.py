@@ -78,7 +78,7 @@ class Circle:
         return self.centre + rotate(quaternion_from_axis_angle(self.axis, angles), self.aside)
 
 
-def circle_of(limb: Limb, positions: Array) -> Circle | None:
+def find_limb_circle(limb: Limb, positions: Array) -> Circle | None:
     """Return a limb's circle for positions (joints, 3), or None if the limb is straight or folded.
 
     The middle joint of a straight limb has no angle about the line. The line of a folded limb has

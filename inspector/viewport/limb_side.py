@@ -10,12 +10,12 @@ from itertools import pairwise
 import numpy as np
 
 from inspector.viewport.bodies import BoneSegment
-from inspector.viewport.camera import OrbitCamera, circle_direction, roll_direction
+from inspector.viewport.camera import OrbitCamera, circle_viewing_direction, roll_viewing_direction
 from inspector.viewport.limb_circle import (
     LEAST_RADIUS,
     Circle,
     bone_circle,
-    circle_of,
+    find_limb_circle,
     helper_circle,
 )
 from inspector.viewport.occlusion import occluders
@@ -83,7 +83,7 @@ def limb_joints(chain: Chain, positions: Array) -> Array:
     return positions[joints]
 
 
-def limb_side(
+def best_limb_error_view(
     chain: Chain,
     bones: Sequence[BoneSegment],
     before: tuple[Array, Array],
@@ -127,7 +127,7 @@ def limb_side(
         limb = np.vstack([limb, positions[int(skeleton.parents[chain.parent])]])
         circle = helper_circle(chain, skeleton, before, height)
     elif isinstance(chain, Limb):
-        circle = circle_of(chain, before[1])
+        circle = find_limb_circle(chain, before[1])
         if circle is not None:
             circle = circle.widened(LEAST_RADIUS * height)
             fan = _fan(circle, positions[chain.child] - circle.centre)
@@ -135,7 +135,7 @@ def limb_side(
     outward = limb.mean(axis=0) - middle
     hidden = partial(_hidden_share, chain, bones, before, after, height)
     if circle is not None:
-        direction = circle_direction(
+        direction = circle_viewing_direction(
             circle.axis, circle.aside, outward, facing, up, partial(hidden, fan)
         )
         return LimbSide(direction, np.vstack([limb, circle.at(_AROUND)]), _ROOM)
@@ -157,7 +157,7 @@ def limb_side(
         limb = np.vstack([limb, circle.at(_AROUND)])
         fan = _fan(circle, fronts[1])
     size = float(np.linalg.norm(outward))
-    direction = roll_direction(
+    direction = roll_viewing_direction(
         normalise(rotate(rotations[chain.parent], bone.tip)),
         fronts[1],
         fronts[0],

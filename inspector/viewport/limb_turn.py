@@ -12,7 +12,7 @@ from inspector.viewport.limb_circle import (
     LEAST_RADIUS,
     Circle,
     bone_circle,
-    circle_of,
+    find_limb_circle,
     helper_circle,
 )
 from inspector.viewport.limb_side import main_bone
@@ -63,7 +63,7 @@ class Turn:
         return np.vstack([centre + share * (rim - centre) for share in _SHARES])
 
 
-def turn_of(
+def limb_correction_turn(
     chain: Chain,
     offset: float,
     before: tuple[Array, Array],
@@ -87,7 +87,7 @@ def turn_of(
         The height of the figure.
     """
     if isinstance(chain, Limb):
-        circle = circle_of(chain, before[1])
+        circle = find_limb_circle(chain, before[1])
         if circle is None:
             return None
         wide = circle.widened(LEAST_RADIUS * height)

@@ -123,7 +123,7 @@ def occluders(
     )
 
 
-def covering(
+def occluding_bone_mask(
     ends: Array,
     widths: Array,
     own: NDArray[np.bool_],

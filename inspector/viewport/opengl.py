@@ -66,7 +66,7 @@ def multisamples() -> int:
     return 8 if any(word in renderer_name().lower() for word in _STRONG) else 4
 
 
-def complaint() -> str:
+def missing_3d_view_message() -> str:
     """Return a message for the user with the reason why there is no 3D view.
 
     Call this function only if `renderer_name` returns ''.

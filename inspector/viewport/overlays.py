@@ -11,7 +11,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent
 from PySide6.QtWidgets import QLabel, QWidget
 
 from inspector.language import tr, tr_as
-from inspector.viewport.bone_colours import scale_colour
+from inspector.viewport.bone_colours import offset_scale_colours
 from inspector.viewport.clock import Clock, Hands
 from inspector.viewport.crowding import Crowding
 from inspector.viewport.whole_figure import Miniature, WholeFigure
@@ -319,7 +319,7 @@ class OffsetScale(QWidget):
         top = QRectF(10, 4, bar.width(), high)
         painter.drawText(top, Qt.AlignmentFlag.AlignLeft, tr("|offset| in this frame"))
         angles = np.radians(np.linspace(0.0, 180.0, bar.width()))
-        for k, colour in enumerate(scale_colour(theme, angles)):
+        for k, colour in enumerate(offset_scale_colours(theme, angles)):
             ink = QColor(*colour.astype(int).tolist())
             painter.fillRect(bar.left() + k, bar.top(), 1, bar.height(), ink)
         painter.setPen(QColor(theme.soft))

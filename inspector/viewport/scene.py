@@ -11,12 +11,12 @@ from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer
 
 from inspector.session.document import Document
 from inspector.session.opening import Analysed
-from inspector.viewport.bodies import BoneSegment, Rods, aligned_fronts, find_bones
+from inspector.viewport.bodies import BoneSegment, Rods, align_bone_fronts, find_bones
 from inspector.viewport.bone_colours import mix
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
 from inspector.viewport.corrected_outline import CorrectedOutline
 from inspector.viewport.dashed_figure import DashedOutline
-from inspector.viewport.ground import Ground, ground_lines, lowest
+from inspector.viewport.ground import Ground, ground_at_lowest_joint, ground_lines
 from inspector.viewport.head_and_chest import Front, heads_and_chests
 from inspector.viewport.lights import background, light
 from inspector.viewport.limb_circle import Circle, LimbCircle
@@ -72,12 +72,14 @@ class Scene:
         self.up = guess_up(data.positions, self._limbs, data.motion.skeleton)
         self.height = figure_size(data.positions, data.motion.skeleton)
         bones = find_bones(data.motion, self.up, self.height)
-        self.bones: tuple[BoneSegment, ...] = aligned_fronts(bones, self._limbs)
+        self.bones: tuple[BoneSegment, ...] = align_bone_fronts(bones, self._limbs)
         self.fronts: tuple[Front, ...] = heads_and_chests(
             self._limbs, data.motion.skeleton, data.rotations, data.positions, self.height
         )
         self.rods = Rods.of(self.bodies)
-        self.ground: Ground = lowest(data.positions, self.up, self.height, self.roots)
+        self.ground: Ground = ground_at_lowest_joint(
+            data.positions, self.up, self.height, self.roots
+        )
         self._left: vtkRenderer = plotter.renderer
         self._right: vtkRenderer | None = None
         points, lines, strength = ground_lines(self.ground)

@@ -8,7 +8,7 @@ import numpy as np
 
 from inspector.viewport.bone_colours import Role
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
-from inspector.viewport.clock import clock_size, hands_of
+from inspector.viewport.clock import clock_hands, clock_size
 from inspector.viewport.crowding import Crowding
 from inspector.viewport.frame_drawing import FrameDrawing
 from inspector.viewport.overlays import Overlays
@@ -66,7 +66,7 @@ def show_signs(
     if turn is not None:
         marks = np.stack([turn.circle.centre + turn.circle.aside, turn.after])
         crowding.add(camera.project(marks, *size)[0], _MARKED)
-    hands = None if sign is None or turn is None else hands_of(turn, camera, sign.degrees)
+    hands = None if sign is None or turn is None else clock_hands(turn, camera, sign.degrees)
     clocked = overlays.show_clock(hands, clock_size(size), crowding)
     thick = _GIRTH * scene.height * size[1] / (2.0 * np.tan(VIEW_ANGLE / 2.0))
     text, bone, wide = "", np.zeros((2, 2)), 0.0

@@ -18,19 +18,19 @@ from inspector.viewport.bodies import (
     BoneSegment,
     Soup,
     build_soup,
-    place,
+    pose_soup_vertices,
 )
 from inspector.viewport.bone_colours import (
-    ghost_paint,
+    bone_role_colours,
+    ghost_vertex_colours,
     mix,
-    paint,
-    palette,
     rgb,
-    scale_paint,
+    vertex_colours_by_offset,
+    vertex_colours_by_role,
 )
 from inspector.viewport.ground import Ground, shadow_points
 from inspector.viewport.mesh_actor import Piece
-from inspector.viewport.striped_skin import Skin, build_skin, drape
+from inspector.viewport.striped_skin import Skin, build_skin, pose_skin
 from inspector.widgets.theme import Theme
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.rotation import Array, geodesic_angle
@@ -240,7 +240,7 @@ class Solid(_Figure):
     def colour(self, theme: Theme) -> None:
         """Set the theme. The next call of `draw` applies its colours to the bodies."""
         self._theme = theme
-        self._colours = palette(theme)
+        self._colours = bone_role_colours(theme)
         self._painted = None
         for _, _, shadow in self.parts:
             shadow.tint(mix(theme.window, "#000000", 0.38 if theme.dark else 0.13))
@@ -285,9 +285,9 @@ class Solid(_Figure):
     def _paint(self, k: int, pose: Pose) -> None:
         shape, faces, _ = self.parts[k]
         if pose.offsets is None:
-            colours = paint(shape, self._colours, pose.roles)
+            colours = vertex_colours_by_role(shape, self._colours, pose.roles)
         else:
-            colours = scale_paint(shape, self._theme, pose.offsets)
+            colours = vertex_colours_by_offset(shape, self._theme, pose.offsets)
         faces.paint(colours)
         if self._faint:
             alpha = np.full((len(colours), 1), _FAINT, np.uint8)
@@ -334,7 +334,7 @@ class Ghost(_Figure):
     def colour(self, theme: Theme) -> None:
         """Apply the theme's colours."""
         for shape, faces, outline in self.parts:
-            faces.paint(ghost_paint(shape, theme))
+            faces.paint(ghost_vertex_colours(shape, theme))
             outline.tint(rgb(theme.before))
 
     def draw(self, pose: Pose) -> None:
@@ -374,5 +374,5 @@ def _placed(
         The vertices and the normals, each (vertices, 3). The normals are None for wedges.
     """
     if isinstance(shape, Skin):
-        return drape(shape, rotations, positions, grown=grown)
-    return place(shape, rotations, positions), None
+        return pose_skin(shape, rotations, positions, grown=grown)
+    return pose_soup_vertices(shape, rotations, positions), None

@@ -25,7 +25,7 @@ from inspector.viewport.bodies import (
     SKIN,
     STRIPE,
     BoneSegment,
-    aligned_fronts,
+    align_bone_fronts,
     bones_of_chains,
 )
 from inspector.viewport.mesh_actor import Index, segments
@@ -137,7 +137,7 @@ def build_skin(
     fine
         True for a rounder skin with nearly twice as many vertices.
     """
-    pairs, fronts = bones_of_chains(bones, chains), aligned_fronts(bones, chains)
+    pairs, fronts = bones_of_chains(bones, chains), align_bone_fronts(bones, chains)
     count = len(pairs)
     parent = np.array([c.parent for c, _ in pairs], dtype=np.int64)
     child = np.array([c.child for c, _ in pairs], dtype=np.int64)
@@ -171,7 +171,7 @@ def build_skin(
     )  # fmt: skip
 
 
-def roll(skin: Skin, rotations: Array) -> Array:
+def bone_twist_angles(skin: Skin, rotations: Array) -> Array:
     """Return the twist of C relative to P about the axis of each bone with skin, in radians, (B,).
 
     `rotations` are the global rotations of the joints, (joints, 4).
@@ -180,7 +180,7 @@ def roll(skin: Skin, rotations: Array) -> Array:
     return twist_angle(local, skin.axis)
 
 
-def drape(
+def pose_skin(
     skin: Skin, rotations: Array, positions: Array, *, grown: float = 1.0
 ) -> tuple[Array, Array]:
     """Return the vertices and normals of the skin in a pose, in world space.
@@ -202,7 +202,7 @@ def drape(
     if not len(skin.parent):
         return np.zeros((0, 3)), np.zeros((0, 3))
     matrices = matrix_from_quaternion(rotations[skin.parent])
-    angle = roll(skin, rotations)[:, None] * STATIONS  # (B, K)
+    angle = bone_twist_angles(skin, rotations)[:, None] * STATIONS  # (B, K)
     sides = skin.across @ matrices.transpose(0, 2, 1)  # (B, 2, 3), in world space
     start, stop = positions[skin.parent], positions[skin.child]
     centre = start[:, None] + STATIONS[:, None] * (stop - start)[:, None]
@@ -231,7 +231,7 @@ def drape(
     )
 
 
-def fins_of(skin: Skin, joints: Sequence[int], rotations: Array, positions: Array) -> Array:
+def pose_skin_fins(skin: Skin, joints: Sequence[int], rotations: Array, positions: Array) -> Array:
     """Return the fin vertices of the bones that begin at given joints, in world space.
 
     Parameters

@@ -215,7 +215,7 @@ class Viewport(Steering):
             self._scene.remove()
             self._scene = None
         usable = self.view is not None
-        self.overlays.notice.setText(EMPTY if usable else opengl.complaint())
+        self.overlays.notice.setText(EMPTY if usable else opengl.missing_3d_view_message())
         self.overlays.notice.setVisible(data is None or not usable)
         if data is not None and usable:
             self._builder.start()

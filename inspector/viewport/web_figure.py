@@ -15,13 +15,13 @@ from zipfile import BadZipFile, ZipFile
 from inspector.bundled import ASSETS
 from inspector.language import tr
 from inspector.viewport.bodies import BoneSegment, build_soup
-from inspector.viewport.bone_colours import palette
+from inspector.viewport.bone_colours import bone_role_colours
 from inspector.viewport.ground import Ground, ground_lines
 from inspector.viewport.limb_circle import limb_bones
 from inspector.viewport.striped_skin import STATIONS, build_skin
 from inspector.widgets.theme import Theme
 from twistcore.errors import TwistError
-from twistcore.files.packed_numbers import packed
+from twistcore.files.packed_numbers import encode_base64_array
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton
@@ -45,15 +45,15 @@ def figure_data(
     whole = "u2" if len(soup.vertices) < 1 << 16 else "u4"
     return {
         "parents": skeleton.parents.tolist(),
-        "vertices": packed(soup.vertices, "f4"),
-        "joint": packed(soup.joint, "u2"),
-        "bone": packed(soup.bone, "i2"),
-        "part": packed(soup.part, "u1"),
-        "faces": packed(soup.faces, whole),
-        "edges": packed(soup.edges, whole),
+        "vertices": encode_base64_array(soup.vertices, "f4"),
+        "joint": encode_base64_array(soup.joint, "u2"),
+        "bone": encode_base64_array(soup.bone, "i2"),
+        "part": encode_base64_array(soup.part, "u1"),
+        "faces": encode_base64_array(soup.faces, whole),
+        "edges": encode_base64_array(soup.edges, whole),
         "bones": [{"parent": b.parent, "tip": b.tip.tolist()} for b in bones],
-        "ground": packed(points[lines.ravel()], "f4"),
-        "strength": packed(strength[lines.ravel()], "f4"),
+        "ground": encode_base64_array(points[lines.ravel()], "f4"),
+        "strength": encode_base64_array(strength[lines.ravel()], "f4"),
         "skin": None,
         "room": {
             "up": up.tolist(),
@@ -75,14 +75,16 @@ def skin_data(
     )
     return {name: getattr(skin, name).tolist() for name in names} | {
         "stations": STATIONS.tolist(),
-        "bone": packed(skin.bone, "i2"),
-        "part": packed(skin.part, "u1"),
-        "faces": packed(skin.faces[:, [0, 1, 2, 0, 2, 3]], "u4"),
-        "edges": packed(skin.edges, "u4"),
+        "bone": encode_base64_array(skin.bone, "i2"),
+        "part": encode_base64_array(skin.part, "u1"),
+        "faces": encode_base64_array(skin.faces[:, [0, 1, 2, 0, 2, 3]], "u4"),
+        "edges": encode_base64_array(skin.edges, "u4"),
     }
 
 
-def emphasised(bones: Sequence[BoneSegment], chain: Chain | None, skeleton: Skeleton) -> list[int]:
+def emphasised_bone_indices(
+    bones: Sequence[BoneSegment], chain: Chain | None, skeleton: Skeleton
+) -> list[int]:
     """Return the indices of the bones to emphasise on a page: those of a chain or limb."""
     if chain is None:
         return []
@@ -100,11 +102,11 @@ def theme_data(theme: Theme) -> dict[str, Any]:
     return {
         "dark": theme.dark,
         "roles": {name: value for name, value in vars(theme).items() if isinstance(value, str)},
-        "palette": palette(theme).clip(0.0, 255.0).round().astype(int).tolist(),
+        "palette": bone_role_colours(theme).clip(0.0, 255.0).round().astype(int).tolist(),
     }
 
 
-def page_part(name: str) -> str:
+def read_page_asset(name: str) -> str:
     """Return the text of a script or style sheet, given its file name."""
     return (PAGE_PARTS / name).read_text(encoding="utf-8")
 

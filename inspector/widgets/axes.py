@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 import pyqtgraph as pg
 
-from inspector.widgets.signed_numbers import plain
+from inspector.widgets.signed_numbers import format_number
 from twistcore.skeleton.rotation import Array
 
 _ROOT_TICKS = (0, 1, 5, 20, 50, 100, 180)
 TEXT_HEIGHT = 13.0  # pixels of a line of text at the default font size
 
 
-def root_scale(degrees: Array | float) -> Array:
+def degrees_to_root_scale(degrees: Array | float) -> Array:
     """Return the signed square root of an angle in degrees.
 
     On this scale, a τ of 5° is easy to drag even if the plot also shows a jump of 170°.
@@ -26,7 +26,7 @@ def root_scale(degrees: Array | float) -> Array:
     return scaled
 
 
-def from_root_scale(value: float) -> float:
+def root_scale_to_degrees(value: float) -> float:
     """Return the angle, in degrees, for a value on the square-root scale."""
     return float(np.sign(value) * value * value)
 
@@ -75,7 +75,7 @@ class UnitAxis(Axis):
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
         """Return the tick labels with as many decimals as the spacing needs."""
         decimals = max(0, int(np.ceil(-np.log10(spacing) - 1e-9))) if spacing < 1 else 0
-        return [f"{plain(v, decimals)}{self.unit}" for v in values]
+        return [f"{format_number(v, decimals)}{self.unit}" for v in values]
 
 
 class RootAxis(Axis):
@@ -101,19 +101,19 @@ class RootAxis(Axis):
 
     def _overlapped(self) -> list[float]:
         """Return the positions of the numbers that would overlap `taken`."""
-        ticks = root_scale(np.array(_ROOT_TICKS)).tolist()
+        ticks = degrees_to_root_scale(np.array(_ROOT_TICKS)).tolist()
         return [t for t in ticks if self.taken is not None and abs(t - self.taken) < self._room()]
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
         """Return tick positions at as many round numbers of degrees as fit."""
         room = self.text_height * (high - low) / max(size, 1.0)
-        chosen = spaced_ticks(root_scale(np.array(_ROOT_TICKS)).tolist(), room)
+        chosen = spaced_ticks(degrees_to_root_scale(np.array(_ROOT_TICKS)).tolist(), room)
         ticks = {sign * at for at in chosen for sign in (1.0, -1.0)}.difference(self._overlapped())
         return [(1.0, sorted(t for t in ticks if low <= t <= high - 0.5 * room))]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
         """Return the tick labels in degrees for positions on the square-root scale."""
-        return [f"{plain(from_root_scale(v), 0)}°" for v in values]
+        return [f"{format_number(root_scale_to_degrees(v), 0)}°" for v in values]
 
 
 class FrameAxis(Axis):
@@ -133,4 +133,4 @@ class FrameAxis(Axis):
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
         """Return the tick labels: frame numbers, counted from `first`."""
-        return [plain(v + self.first, 0) for v in values]
+        return [format_number(v + self.first, 0) for v in values]

@@ -155,7 +155,7 @@ class _Runner(QRunnable):
             self._post.said.emit(answer)
 
 
-def in_gui_thread(call: Callable[[], None]) -> None:
+def run_in_gui_thread(call: Callable[[], None]) -> None:
     """Execute a call in the GUI thread. The work of a task calls this in its own thread."""
     with suppress(RuntimeError):  # the program is closing
         assert _post is not None

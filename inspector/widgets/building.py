@@ -117,7 +117,7 @@ class Wrapping(QWidget):
             self._box.setDirection(direction)
 
 
-def soft(label: _Label) -> _Label:
+def use_secondary_text_colour(label: _Label) -> _Label:
     """Set the colour of a label to the theme's secondary text colour, and return the label."""
     label.setObjectName("soft")
     return label
@@ -125,7 +125,9 @@ def soft(label: _Label) -> _Label:
 
 def hint(text: str = "") -> QLabel:
     """Return a centred label with a hint for an empty panel."""
-    return soft(QLabel(text, alignment=Qt.AlignmentFlag.AlignCenter, wordWrap=True))
+    return use_secondary_text_colour(
+        QLabel(text, alignment=Qt.AlignmentFlag.AlignCenter, wordWrap=True)
+    )
 
 
 def tool_button(text: str, tip: str, *, flat: bool = True) -> QToolButton:

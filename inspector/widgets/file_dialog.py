@@ -34,7 +34,7 @@ def ask_files(
     dialog.open()
 
 
-def ask_where(
+def ask_save_path(
     parent: QWidget,
     title: str,
     pattern: str,

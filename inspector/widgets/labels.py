@@ -22,7 +22,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
 from inspector.widgets.text_forms import form_that_fits
-from twistcore.files.encoding import legible
+from twistcore.files.encoding import escape_control_characters
 
 _TAG = re.compile("[<&]")
 _MOST = 4000  # maximum number of letters, because the layout of millions takes minutes
@@ -68,28 +68,28 @@ class SteadyLabel(QLabel):
             self.setFixedSize(room)
 
 
-def as_rich(text: str) -> str:
+def plain_to_rich_text(text: str) -> str:
     """Convert plain text to rich text. Markup characters in the text are escaped."""
-    return escape(legible(text, lines=True, most=_MOST), quote=False)
+    return escape(escape_control_characters(text, lines=True, most=_MOST), quote=False)
 
 
 def bold(text: str) -> str:
     """Convert plain text to bold rich text."""
-    return f"<b>{as_rich(text)}</b>"
+    return f"<b>{plain_to_rich_text(text)}</b>"
 
 
-def as_tip(text: str) -> str:
+def escape_tool_tip_text(text: str) -> str:
     """Convert plain text for use in a tool tip, so that Qt does not interpret it as HTML.
 
     Qt guesses whether the text of a tool tip is HTML. An invisible word joiner after each '<' and
     '&' prevents a wrong guess.
     """
-    return _TAG.sub("\\g<0>\u2060", legible(text, lines=True, most=_MOST))
+    return _TAG.sub("\\g<0>\u2060", escape_control_characters(text, lines=True, most=_MOST))
 
 
-def as_entry(text: str) -> str:
+def escape_menu_text(text: str) -> str:
     """Convert plain text for use in a menu or button: escape '&', which would mark a mnemonic."""
-    return legible(text, most=_MOST).replace("&", "&&")
+    return escape_control_characters(text, most=_MOST).replace("&", "&&")
 
 
 def capitalised(text: str) -> str:
@@ -97,7 +97,7 @@ def capitalised(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def inked(text: str, colour: str) -> str:
+def coloured_rich_text(text: str, colour: str) -> str:
     """Return the text as rich text in the given colour, '#rrggbb'."""
     return f"<span style='color:{colour}'>{text}</span>"
 
@@ -135,11 +135,11 @@ class Caption(QWidget):
 
     def set_plain(self, text: str) -> None:
         """Show the given plain text. Markup characters in the text are escaped."""
-        self.set_text(as_rich(text))
+        self.set_text(plain_to_rich_text(text))
 
     def says(self, text: str) -> bool:
         """Return True if the caption shows this plain text."""
-        return self._text == as_rich(text)
+        return self._text == plain_to_rich_text(text)
 
     def set_short(self, short: bool) -> None:
         """Set whether to show one line of plain text instead of the whole text."""

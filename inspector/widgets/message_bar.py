@@ -8,9 +8,9 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QAccessible, QAccessibleEvent
 from PySide6.QtWidgets import QBoxLayout, QFrame, QHBoxLayout, QLabel, QPushButton, QWidget
 
-from inspector.language import of_core, tr
-from inspector.widgets.building import hbox, soft, tool_button
-from inspector.widgets.labels import as_tip
+from inspector.language import tr, translate_core_sentence
+from inspector.widgets.building import hbox, tool_button, use_secondary_text_colour
+from inspector.widgets.labels import escape_tool_tip_text
 
 _SHOWN_MS = 8000
 _AROUND = 90  # pixels for margins, gaps and the close button of the bar
@@ -35,7 +35,7 @@ class MessageBar(QFrame):
         close = tool_button("✕", tr("Close this message (Esc)"))
         close.clicked.connect(self.close_message)
         self._answers = QHBoxLayout()
-        self._keys = soft(QLabel())
+        self._keys = use_secondary_text_colour(QLabel())
         layout = hbox((self.label, 1), self._answers, self._keys, owner=self, margins=(10, 4, 4, 4))
         layout.addWidget(close, 0, Qt.AlignmentFlag.AlignTop)
         self._timer = QTimer(self, singleShot=True)
@@ -49,7 +49,7 @@ class MessageBar(QFrame):
 
         `wrong` is True if the message is an error.
         """
-        text = of_core(text)
+        text = translate_core_sentence(text)
         if self.asks and not wrong:
             return  # the bar continues to show the unanswered question
         self._show(text, wrong)
@@ -60,7 +60,7 @@ class MessageBar(QFrame):
 
     def add_error(self, text: str) -> None:
         """Show an error. If an error is already shown, append the new one to it."""
-        text = of_core(text)
+        text = translate_core_sentence(text)
         if not (self.isVisible() and text in self.label.text()):
             self.show_message(self._after_error(text), True)
 
@@ -87,7 +87,7 @@ class MessageBar(QFrame):
 
     def withdraw(self, text: str) -> None:
         """Hide the bar if it shows this text."""
-        if of_core(text) == self.label.text() and not self._answers.count():
+        if translate_core_sentence(text) == self.label.text() and not self._answers.count():
             self.close_message()
 
     def ask(self, text: str, answers: Answers) -> None:
@@ -108,7 +108,7 @@ class MessageBar(QFrame):
     def _add(self, answers: Answers) -> None:
         for number, (name, slot) in enumerate(answers, 1):
             button = QPushButton(name)
-            button.setToolTip(as_tip(f"{name} (Alt+{number})"))
+            button.setToolTip(escape_tool_tip_text(f"{name} (Alt+{number})"))
             button.clicked.connect(self.clear)
             button.clicked.connect(lambda _=False, do=slot: do())
             self._answers.addWidget(button)

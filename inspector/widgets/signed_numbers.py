@@ -12,18 +12,18 @@ from twistcore.detection import Kind
 _MINUS = "−"
 
 
-def signed(value: float, digits: int = 1) -> str:
+def format_signed_number(value: float, digits: int = 1) -> str:
     """Return a number as text with its sign, such as '+12.0' or '−0.3', but '0.0' for zero."""
-    text = plain(value, digits)
+    text = format_number(value, digits)
     return f"+{text}" if text[0] != _MINUS and float(text) else text
 
 
-def plain(value: float, digits: int = 1) -> str:
+def format_number(value: float, digits: int = 1) -> str:
     """Return a number as text, such as '12.0', '−0.3' or '0.0', but never '−0.0'."""
     return f"{round(float(value), digits) + 0.0:.{digits}f}".replace("-", _MINUS)
 
 
-def angle_of(kind: Kind, radians: float) -> str:
+def interval_angle_text(kind: Kind, radians: float) -> str:
     """Return the angle of an interval as text, such as '+12.0°', or '±8.0°' for noise.
 
     Returns '–' if intervals of this kind have no angle.
@@ -31,7 +31,7 @@ def angle_of(kind: Kind, radians: float) -> str:
     if not (sign := kind.info.sign):
         return "–"
     degrees = math.degrees(radians)
-    return f"±{plain(degrees)}°" if sign == "±" else f"{signed(degrees)}°"
+    return f"±{format_number(degrees)}°" if sign == "±" else f"{format_signed_number(degrees)}°"
 
 
 class SignedBox(QDoubleSpinBox):
@@ -39,7 +39,7 @@ class SignedBox(QDoubleSpinBox):
 
     def textFromValue(self, value: float) -> str:
         """Return the text that the field shows for a value."""
-        return plain(value, self.decimals())
+        return format_number(value, self.decimals())
 
     def valueFromText(self, text: str) -> float:
         """Convert the text that the user has typed to a number."""

@@ -28,10 +28,10 @@ from PySide6.QtWidgets import (
     QTableView,
 )
 
-from inspector.widgets.labels import as_tip
+from inspector.widgets.labels import escape_tool_tip_text
 from inspector.widgets.text_forms import form_that_fits
 from inspector.widgets.theme import Colours, Theme
-from twistcore.files.encoding import legible
+from twistcore.files.encoding import escape_control_characters
 
 _Thing = TypeVar("_Thing")
 _Feature = QStyleOptionViewItem.ViewItemFeature
@@ -224,9 +224,9 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         """Return the text, the tool tip or the alignment of a heading."""
         if orientation == Qt.Orientation.Horizontal:
             if role == Qt.ItemDataRole.DisplayRole:
-                return legible(self.heads[section], lines=True)
+                return escape_control_characters(self.heads[section], lines=True)
             if role == Qt.ItemDataRole.ToolTipRole and self.head_tips:
-                return as_tip(self.head_tips[section])
+                return escape_tool_tip_text(self.head_tips[section])
             if role == Qt.ItemDataRole.TextAlignmentRole:
                 return self.alignment(section)
         return None
@@ -239,7 +239,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return self.alignment(column)
         if role == Qt.ItemDataRole.DisplayRole:
-            return legible(self.row(index.row()).texts[column], most=_MOST)
+            return escape_control_characters(self.row(index.row()).texts[column], most=_MOST)
         if role == Qt.ItemDataRole.ForegroundRole:
             colour = self.row(index.row()).colours.get(column)
             return None if colour is None else QColor(colour)
@@ -248,9 +248,9 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
             return None if tick is None else _tick(tick)
         if role == Qt.ItemDataRole.ToolTipRole:
             tips = self.row(index.row()).tips
-            return as_tip(tips[column % len(tips)]) if tips else None
+            return escape_tool_tip_text(tips[column % len(tips)]) if tips else None
         if role == Qt.ItemDataRole.AccessibleTextRole:
-            return legible(self.spoken(index.row(), column), most=_MOST)
+            return escape_control_characters(self.spoken(index.row(), column), most=_MOST)
         if role == SORT_ROLE:
             row = self.row(index.row())
             return (row.sort or row.texts)[column]

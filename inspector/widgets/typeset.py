@@ -72,7 +72,7 @@ class Typesetter(QObject):
     def _next(self) -> None:
         if self._task is None and self._waiting:
             texts = self._waiting.pop(0)
-            self._task = Task(lambda _: outlines(texts), self)
+            self._task = Task(lambda _: formula_outlines(texts), self)
             self._task.finished.connect(lambda found: self._take(texts, found))
             self._task.failed.connect(self._fail)
             self._task.start()
@@ -116,7 +116,7 @@ class Typesetter(QObject):
         self.ready.emit()
 
 
-def outlines(texts: Iterable[str]) -> dict[str, Any]:
+def formula_outlines(texts: Iterable[str]) -> dict[str, Any]:
     """Return the vertices and path codes of each formula, keyed by its TeX. Thread-safe.
 
     In these outlines, y points up. Strings that are not valid TeX, too long or nested too deeply

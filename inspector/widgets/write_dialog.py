@@ -17,8 +17,8 @@ from PySide6.QtWidgets import (
 
 from inspector.language import tr
 from inspector.widgets.building import hbox, vbox
-from inspector.widgets.file_dialog import ask_where
-from twistcore.files.ordinary import is_there
+from inspector.widgets.file_dialog import ask_save_path
+from twistcore.files.ordinary import path_exists
 
 
 class WriteDialog(QDialog):
@@ -61,8 +61,10 @@ class WriteDialog(QDialog):
 
     def _browse(self) -> None:
         title = tr("{command} – save as", command=self.windowTitle())
-        ask_where(self, title, self.pattern(), self._take, wanted=Path(self.path.text()))
+        ask_save_path(self, title, self.pattern(), self._take, wanted=Path(self.path.text()))
 
     def _take(self, path: Path) -> None:
         self.path.setText(str(path))
-        self.replace.setChecked(is_there(path))  # the file dialog has already asked about replacing
+        self.replace.setChecked(
+            path_exists(path)
+        )  # the file dialog has already asked about replacing

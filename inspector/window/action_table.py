@@ -12,7 +12,7 @@ from inspector.viewport.viewport import Viewport
 from inspector.widgets.building import bring_to_front
 from inspector.window.actions import Menus, rows
 from inspector.window.detector_rows import detector_rows
-from inspector.window.features import FEATURES, joined
+from inspector.window.features import FEATURES, insert_feature_rows
 from inspector.window.keyboard_page import shortcuts_markdown, show_shortcuts
 from inspector.window.parts import Parts
 from inspector.window.sample import open_sample
@@ -300,7 +300,7 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
 }
 # fmt: on
 
-MENUS: Menus = joined(_OWN)
+MENUS: Menus = insert_feature_rows(_OWN)
 
 
 def connect_rows(parts: Parts) -> None:

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QMenu, QMenuBar, QWidget
 from inspector.feature import ActionRow
 from inspector.language import chosen_language, tr, tr_as
 from inspector.session.settings import Settings
-from inspector.widgets.labels import as_entry
+from inspector.widgets.labels import escape_menu_text
 
 _TITLES = {  # titles of menus; & precedes the letter that opens the menu
     "File": tr_as("menu", "&File"),
@@ -91,7 +91,9 @@ def apply_keys(menus: Menus, actions: Mapping[str, QAction], settings: Settings)
         actions[row.id].setToolTip(f"{row.tip or row.text}{shown}")
 
 
-def offer(menus: Menus, actions: Mapping[str, QAction], *, is_open: bool, has_figure: bool) -> None:
+def enable_available_actions(
+    menus: Menus, actions: Mapping[str, QAction], *, is_open: bool, has_figure: bool
+) -> None:
     """Enable or disable the actions that need an open clip or a 3D figure."""
     for row in rows(menus):
         if row.needs:
@@ -99,14 +101,14 @@ def offer(menus: Menus, actions: Mapping[str, QAction], *, is_open: bool, has_fi
             actions[row.id].setEnabled(is_open and not lacks_figure)
 
 
-def name_step(action: QAction, title: str, step: str) -> None:
+def set_undo_step_name(action: QAction, title: str, step: str) -> None:
     """Add the name of a step to the text of the undo or redo action.
 
     `title` is the text without the name. If `step` is '', the action is disabled.
     """
     if chosen_language() == "en":  # German nouns keep their capital letter
         step = step[:1].lower() + step[1:]
-    step = as_entry(step)
+    step = escape_menu_text(step)
     text = tr("{undo_or_redo} {step}", undo_or_redo=title, step=step) if step else title
     # Each change of an action makes the toolbar compute its layout again.
     if (text, bool(step)) != (action.text(), action.isEnabled()):

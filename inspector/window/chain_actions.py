@@ -7,13 +7,13 @@ from dataclasses import dataclass, field, replace
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDockWidget, QWidget
 
-from inspector.language import of_core, plural, tr
+from inspector.language import plural, tr, translate_core_sentence
 from inspector.session.document import Document
-from inspector.session.rig_profiles import keep_rig, kept_rig, rig_path
+from inspector.session.rig_profiles import load_rig_profile, rig_path, save_rig_profile
 from inspector.widgets.message_bar import MessageBar
 from inspector.window.chain_dialog import ChainDialog
 from inspector.window.joint_names_dialog import JointNamesDialog
-from twistcore.files.ordinary import is_there
+from twistcore.files.ordinary import path_exists
 from twistcore.review import Decision
 from twistcore.skeleton.rig import AS_FOUND, Rig
 
@@ -97,7 +97,9 @@ class ChainActions:
             "session."
         )
         data = self.document.data
-        if data is not None and self._keep(replace(kept_rig(data.motion)[0], names=rig.names)):
+        if data is not None and self._keep(
+            replace(load_rig_profile(data.motion)[0], names=rig.names)
+        ):
             self.document.change_chains(rig, tr("Joint names"), message)
         else:
             self.document.change_chains(rig, tr("Joint names"))
@@ -109,7 +111,7 @@ class ChainActions:
             return
         own = document.review.state.of_chain(name)
         decided = sum(j.decision != Decision.UNDECIDED for j in own)
-        label = of_core(document.find_chain(name).label)
+        label = translate_core_sentence(document.find_chain(name).label)
         message = tr(
             "{chain} was removed with {intervals}, {decided} of them decided. Undo restores them.",
             chain=label,
@@ -133,8 +135,8 @@ class ChainActions:
         data = self.document.data
         if data is None or not self._open():
             return
-        rig, trouble = kept_rig(data.motion)
-        if trouble or not is_there(rig_path(data.motion.skeleton)):
+        rig, trouble = load_rig_profile(data.motion)
+        if trouble or not path_exists(rig_path(data.motion.skeleton)):
             nothing = tr("No rig profile is saved for this skeleton.")
             self.bar.show_message(trouble or nothing, bool(trouble))
         else:
@@ -169,13 +171,13 @@ class ChainActions:
         data = self.document.data
         assert data is not None
         try:
-            keep_rig(rig, data.motion.skeleton, data.clip.name)
+            save_rig_profile(rig, data.motion.skeleton, data.clip.name)
         except OSError as error:
             place = rig_path(data.motion.skeleton)
             message = tr(
                 "The rig profile {file} could not be written ({why}).",
                 file=place,
-                why=of_core(error.strerror),
+                why=translate_core_sentence(error.strerror),
             )
             self.bar.show_message(message, True)
             return False

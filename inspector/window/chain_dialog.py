@@ -14,11 +14,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from inspector.language import of_core, tr, tr_as
+from inspector.language import tr, tr_as, translate_core_sentence
 from inspector.session.document import Document
-from inspector.widgets.building import soft, vbox
+from inspector.widgets.building import use_secondary_text_colour, vbox
 from twistcore.errors import TwistError
-from twistcore.files.encoding import legible
+from twistcore.files.encoding import escape_control_characters
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rig import OwnChain, Rig
 
@@ -48,7 +48,7 @@ class ChainDialog(QDialog):
         self.limb = QCheckBox(
             tr("This is a limb: search for flips about the line from its first to its last joint")
         )
-        self.status = soft(QLabel(wordWrap=True))
+        self.status = use_secondary_text_colour(QLabel(wordWrap=True))
         self.status.setMinimumWidth(self.fontMetrics().averageCharWidth() * 60)
         self.buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
@@ -90,7 +90,9 @@ class ChainDialog(QDialog):
 
     def _joint(self, seen: str) -> str:
         """Return a joint's name in the file, given its displayed name `seen`."""
-        return next((name for name in self._skeleton.names if legible(name) == seen), seen)
+        return next(
+            (name for name in self._skeleton.names if escape_control_characters(name) == seen), seen
+        )
 
     def _changed(self, place: int) -> None:
         """After a change in one joint list, update the lists below it.
@@ -128,7 +130,10 @@ class ChainDialog(QDialog):
                     return
 
     def _fill(self, place: int, joints: list[int]) -> None:
-        box, names = self.joints[place], [legible(self._skeleton.names[j]) for j in joints]
+        box, names = (
+            self.joints[place],
+            [escape_control_characters(self._skeleton.names[j]) for j in joints],
+        )
         with QSignalBlocker(box):
             box.clear()
             box.addItems([*names, _NONE] if place == 2 else names)
@@ -147,7 +152,10 @@ class ChainDialog(QDialog):
         except TwistError as error:
             self._rig = None
             self.status.setText(
-                tr("These joints do not form a chain: {why}.", why=of_core(str(error)))
+                tr(
+                    "These joints do not form a chain: {why}.",
+                    why=translate_core_sentence(str(error)),
+                )
             )
         else:
             joints = " → ".join(own.joints)

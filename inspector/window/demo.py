@@ -13,7 +13,7 @@ from inspector.folder.feature import feature as folder
 from inspector.folder.queued_clip import ClipState
 from inspector.session.export_files import ExportChoice
 from inspector.window.main_window import MainWindow
-from twistcore.files.encoding import legible
+from twistcore.files.encoding import escape_control_characters
 from twistcore.review import Decision
 
 _SETTLE_MS = 350  # time in which the views are redrawn
@@ -74,7 +74,7 @@ class Script(QObject):
     def fail(self, text: str) -> None:
         """Print an error message and end the script."""
         if not self._over:
-            print(legible(text))
+            print(escape_control_characters(text))
             self.code = 2
             self._finish()
 
@@ -146,7 +146,7 @@ class Script(QObject):
         self.window.close_without_asking()
 
 
-def screenshot(window: MainWindow, picture: Path, path: Path | None) -> Script:
+def screenshot_script(window: MainWindow, picture: Path, path: Path | None) -> Script:
     """Return a script that saves a screenshot of a clip's first interval or the empty window."""
 
     def steps(script: Script) -> list[Callable[[], None]]:
@@ -158,7 +158,7 @@ def screenshot(window: MainWindow, picture: Path, path: Path | None) -> Script:
     return Script(window, path, steps)
 
 
-def demo(window: MainWindow, folder: Path, path: Path) -> Script:
+def demo_script(window: MainWindow, folder: Path, path: Path) -> Script:
     """Return a script that accepts every interval, exports the clip and saves a screenshot."""
     folder = folder.absolute()  # the exporter would resolve a relative path from the clip's folder
     review, document = window.review_actions, window.document
@@ -183,7 +183,7 @@ def demo(window: MainWindow, folder: Path, path: Path) -> Script:
             window.files.export(ExportChoice(target, replace=True))
             window.exporter.finish()
             if not script.code:
-                print(legible(window.bar.label.text()))
+                print(escape_control_characters(window.bar.label.text()))
 
         shoot = partial(script.shoot, folder / "inspector.png")
         first = partial(review.step_interval, +1)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from PySide6.QtGui import QAction, QActionGroup
 
 from inspector.feature import ActionSpec
-from inspector.language import of_core
+from inspector.language import translate_core_sentence
 from inspector.window.parts import Parts
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, DetectorInfo
 
@@ -20,16 +20,16 @@ def detector_rows() -> tuple[ActionSpec[Parts], ...]:
 def _row(info: DetectorInfo) -> ActionSpec[Parts]:
     return ActionSpec(
         f"use_{info.name}",
-        of_core(info.menu_text),
+        translate_core_sentence(info.menu_text),
         (),
-        of_core(info.measures),
+        translate_core_sentence(info.measures),
         group="method",
         checked=info.name == DEFAULT_METHOD,
         do=lambda p: p.document.use_method(info.name),
     )
 
 
-def check_detector(actions: Mapping[str, QAction], method: str) -> None:
+def tick_detector_entry(actions: Mapping[str, QAction], method: str) -> None:
     """Tick the menu entry of the detector `method`, or untick all if it has no entry."""
     if (action := actions.get(f"use_{method}")) is not None:
         action.setChecked(True)

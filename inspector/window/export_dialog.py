@@ -10,14 +10,14 @@ from pathlib import Path
 from PySide6.QtCore import QSignalBlocker
 from PySide6.QtWidgets import QCheckBox, QLabel, QWidget
 
-from inspector.language import of_core, plural, tr, tr_as
+from inspector.language import plural, tr, tr_as, translate_core_sentence
 from inspector.session.document import Document
 from inspector.session.examined import one_line_summary, reason_unexamined, unexamined_sentences
 from inspector.session.export_files import (
     ExportChoice,
     check_targets,
+    files_replaced_by_export,
     files_to_hash,
-    replaced,
     uncorrected_warning,
 )
 from inspector.widgets.background import OneTask
@@ -26,7 +26,7 @@ from twistcore.analysis.correction.twist_removal import SURE_ENOUGH
 from twistcore.errors import TwistError
 from twistcore.export.exported_clips import EXPORT_MARK
 from twistcore.export.interrupted import interrupted_exports
-from twistcore.files.marks import file_mark
+from twistcore.files.marks import cached_sha256
 from twistcore.review import Decision, Tracking
 from twistcore.review.model import APPLIED, SEEN
 
@@ -138,7 +138,7 @@ class ExportDialog(WriteDialog):
             then()
 
     def _show_replaced(self) -> None:
-        there = replaced(self.choice(), self._document.exported)
+        there = files_replaced_by_export(self.choice(), self._document.exported)
         foreign = [path for path, ours in there.items() if not ours]
         data = self._document.data
         interrupted = data is not None and bool(interrupted_exports(data.clip.path))
@@ -163,7 +163,7 @@ class ExportDialog(WriteDialog):
             try:
                 check_targets(self.choice(), data.clip, document.exported, document.keeper.files)
             except TwistError as error:
-                why = of_core(str(error))
+                why = translate_core_sentence(str(error))
         if why and self.replace.isVisibleTo(self) and not self.replace.isChecked():
             why = tr("Tick 'Replace the existing file', or choose another name.")
         self.obstacle.setText(why)
@@ -194,7 +194,7 @@ class ExportDialog(WriteDialog):
 
 def _tracking_words(tracking: Tracking) -> str:
     """Return a description of the tracking filter that is applied after the correction."""
-    joints = of_core(tracking.what)
+    joints = translate_core_sentence(tracking.what)
     if tracking.spline:
         return tr(
             "{joints} with the spline after the correction (cut-off {cutoff:.1f} Hz)",
@@ -237,4 +237,4 @@ def _format(document: Document) -> str:
 def _hash_files(files: Iterable[Path]) -> None:
     for path in files:
         with suppress(OSError):  # the file was deleted in the meantime
-            file_mark(path)
+            cached_sha256(path)

@@ -23,7 +23,7 @@ FEATURES: tuple[AnyFeature, ...] = (
 )  # fmt: skip
 
 
-def joined(own: Menus) -> Menus:
+def insert_feature_rows(own: Menus) -> Menus:
     """Return the window's menus with the rows of all features inserted.
 
     `own` contains the rows that do not belong to a feature, keyed by menu.

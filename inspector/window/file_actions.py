@@ -24,7 +24,7 @@ from inspector.session.leftovers import unsaved_clips
 from inspector.session.session_files import SESSION_PATTERNS, is_session, modified_ns
 from inspector.widgets.background import OneTask
 from inspector.widgets.file_dialog import ask_files, ask_folder
-from inspector.widgets.labels import as_entry, as_tip
+from inspector.widgets.labels import escape_menu_text, escape_tool_tip_text
 from inspector.widgets.review_keys import is_typing_text
 from inspector.window.export_dialog import ExportDialog
 from inspector.window.saving import Saving
@@ -310,7 +310,9 @@ class FileActions(Saving):
         self.recent_menu.clear()
         for name in self.settings.recent:
             # Do not use addAction(text): PySide may confuse its result with a deleted object.
-            action = QAction(as_entry(name), self.recent_menu, toolTip=as_tip(name))
+            action = QAction(
+                escape_menu_text(name), self.recent_menu, toolTip=escape_tool_tip_text(name)
+            )
             action.triggered.connect(lambda _=False, n=name: self.open_path(Path(n)))
             self.recent_menu.addAction(action)
         self.recent_menu.setEnabled(bool(self.settings.recent))

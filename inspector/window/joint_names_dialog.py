@@ -20,12 +20,12 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from inspector.language import of_core, plural, tr, tr_as
+from inspector.language import plural, tr, tr_as, translate_core_sentence
 from inspector.session.document import Document
-from inspector.widgets.building import soft, vbox
+from inspector.widgets.building import use_secondary_text_colour, vbox
 from twistcore.analysis.examination import unexamined_limbs
 from twistcore.errors import TwistError
-from twistcore.files.encoding import legible
+from twistcore.files.encoding import escape_control_characters
 from twistcore.skeleton.body import Body
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.helper import Helper
@@ -118,7 +118,7 @@ class JointNamesDialog(QDialog):
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(_JOINT, QHeaderView.ResizeMode.Stretch)
         header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-        self.status = soft(QLabel(wordWrap=True))
+        self.status = use_secondary_text_colour(QLabel(wordWrap=True))
         self.buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Ok
             | QDialogButtonBox.StandardButton.Cancel
@@ -136,7 +136,7 @@ class JointNamesDialog(QDialog):
             "the skeleton. If you name a hand or a foot, the program finds the joints above it. "
             "The names are saved for all clips with this skeleton."
         )
-        top = soft(QLabel(about, wordWrap=True))
+        top = use_secondary_text_colour(QLabel(about, wordWrap=True))
         vbox(top, self.search, (self.table, 1), self.status, self.buttons, owner=self)
         self.resize(*_SIZE)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
@@ -160,11 +160,13 @@ class JointNamesDialog(QDialog):
         for joint, name in enumerate(skeleton.names):
             parent = int(skeleton.parents[joint])
             depth[joint] = depth[parent] + 1 if parent >= 0 else 0
-            item = QTableWidgetItem(_INDENT * depth[joint] + legible(name))
-            item.setToolTip(legible(name))
+            item = QTableWidgetItem(_INDENT * depth[joint] + escape_control_characters(name))
+            item.setToolTip(escape_control_characters(name))
             self.table.setItem(joint, _JOINT, item)
             choice = _Choice()
-            choice.setAccessibleName(tr("Body part for {joint}", joint=legible(name)))
+            choice.setAccessibleName(
+                tr("Body part for {joint}", joint=escape_control_characters(name))
+            )
             for key, words in _CHOICES.items():
                 choice.addItem(words, key)
             choice.setCurrentIndex(max(0, choice.findData(chosen.get(name, ""))))
@@ -217,7 +219,7 @@ class JointNamesDialog(QDialog):
     def _find(self, text: str) -> None:
         for row, name in enumerate(self.choices):
             taken = self.table.item(row, _TAKEN)
-            words = f"{legible(name)} {taken.text() if taken else ''}".casefold()
+            words = f"{escape_control_characters(name)} {taken.text() if taken else ''}".casefold()
             self.table.setRowHidden(row, text.casefold() not in words)
 
     def _check(self) -> None:
@@ -231,14 +233,16 @@ class JointNamesDialog(QDialog):
             chains = [c for c in rig.chains(data.motion) if not isinstance(c, Limb)]
         except TwistError as error:  # added chains no longer fit
             self._rig = None
-            self.status.setText(tr("These names cannot be used: {why}.", why=of_core(str(error))))
+            self.status.setText(
+                tr("These names cannot be used: {why}.", why=translate_core_sentence(str(error)))
+            )
         else:
             self._rig = rig
             body = rig.body(data.motion)
             missing = unexamined_limbs(body, chains)
             text = _chain_counts(chains)
             if missing:
-                text += " · " + " ".join(of_core(str(limb)) for limb in missing)
+                text += " · " + " ".join(translate_core_sentence(str(limb)) for limb in missing)
             else:
                 text += " · " + tr("all arms and legs are examined")
             self.status.setText(text)
@@ -269,7 +273,7 @@ class JointNamesDialog(QDialog):
                 by = tr_as("by", "the skeleton's shape")
             words = _limb_joint_text(taken) if taken else _other_joint_text(name)
             if helper is not None and helper.segment:
-                bone = of_core(f"{helper.side} {helper.segment}")
+                bone = translate_core_sentence(f"{helper.side} {helper.segment}")
                 words = tr("twist bone of {bone}", bone=bone)
             known = taken or helper or name.helper or name.other or name.trunk
             self.table.setItem(joint, _TAKEN, QTableWidgetItem(words))
@@ -292,7 +296,7 @@ def _chain_counts(chains: Sequence[Chain]) -> str:
 def _limb_joint_text(taken: str) -> str:
     """Return the displayed name of the joint role `taken`, which belongs to an arm or a leg."""
     whole = taken.removeprefix(_PIECE)
-    words = _UNNAMED.get(whole) or of_core(whole)
+    words = _UNNAMED.get(whole) or translate_core_sentence(whole)
     return words if whole == taken else tr("piece of {bone}", bone=words)
 
 

@@ -27,7 +27,7 @@ from inspector.timeline.timeline import Timeline
 from inspector.widgets.background import Task
 from inspector.widgets.review_keys import ReviewKeys
 from inspector.window.action_table import MENUS, connect_rows
-from inspector.window.actions import build_actions, offer
+from inspector.window.actions import build_actions, enable_available_actions
 from inspector.window.centre import Centre
 from inspector.window.features import FEATURES, panels
 from inspector.window.file_actions import FileActions
@@ -38,7 +38,7 @@ from inspector.window.review_signs import ReviewSigns
 from inspector.window.settings_keeper import KeptLooks, SettingsKeeper
 from inspector.window.toolbar import ToolBar
 from inspector.window.usual_layout import UsualLayout
-from twistcore.files.encoding import legible
+from twistcore.files.encoding import escape_control_characters
 
 
 class MainWindow(Parts):
@@ -214,7 +214,7 @@ class MainWindow(Parts):
     def _enable_actions(self) -> None:
         """Enable the actions that are possible now, and show the start page if no clip is open."""
         is_open, has_figure = self.document.data is not None, self.viewport.view is not None
-        offer(MENUS, self.actions_by_id, is_open=is_open, has_figure=has_figure)
+        enable_available_actions(MENUS, self.actions_by_id, is_open=is_open, has_figure=has_figure)
         self.start_page.setVisible(not is_open)
         self.start_page.show_recent(*self.files.recent())
 
@@ -269,6 +269,6 @@ class MainWindow(Parts):
         for part in self.built.values():
             part.close()
         if trouble := self._kept_settings.end():  # no window is left to show it: print it
-            print(legible(trouble), file=sys.stderr)
+            print(escape_control_characters(trouble), file=sys.stderr)
         self.viewport.close()
         super().closeEvent(event)

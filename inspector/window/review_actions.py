@@ -11,7 +11,7 @@ import numpy as np
 from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QInputDialog, QWidget
 
-from inspector.language import of_core, plural, tr
+from inspector.language import plural, tr, translate_core_sentence
 from inspector.panels.accept_confident_dialog import AcceptConfidentDialog
 from inspector.panels.detail_card import DetailCard
 from inspector.panels.intervals_panel import IntervalsPanel
@@ -20,16 +20,21 @@ from inspector.session.document import BLIND, Document
 from inspector.session.examined import one_line_summary, reason_unexamined, unexamined_sentences
 from inspector.session.player import Player
 from inspector.session.settings import Settings
-from inspector.session.why_here import peaks, reason_here, reason_near, reason_sentence
+from inspector.session.why_here import (
+    reason_here,
+    reason_near,
+    reason_sentence,
+    reasons_at_unexplained_peaks,
+)
 from inspector.timeline.visible_range import VisibleRange
 from inspector.widgets.message_bar import MessageBar
-from inspector.widgets.signed_numbers import signed
+from inspector.widgets.signed_numbers import format_signed_number
 from inspector.window.look_through import LookThrough
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.why_not import Reason, Why
 from twistcore.detection import Interval
 from twistcore.review import Decision, Judged, Remove, ReviewState
-from twistcore.review.model import flattened, resized, with_straight_twist
+from twistcore.review.model import resized, with_constant_offset, with_twist_straightening_offset
 
 
 @dataclass(eq=False)
@@ -191,13 +196,13 @@ class ReviewActions:
         While the errors of a group are shown before a decision, only stop this.
         """
         if self.document.data is not None and not self.look_through.stop():
-            step = of_core(self.document.review.undo_text)
+            step = translate_core_sentence(self.document.review.undo_text)
             self._retrace(self.document.undo, tr("Undone: {step}", step=step))
 
     def redo(self) -> None:
         """Redo the last undone step, show its name, and go to the interval that it changed."""
         if self.document.data is not None:
-            step = of_core(self.document.review.redo_text)
+            step = translate_core_sentence(self.document.review.redo_text)
             self._retrace(self.document.redo, tr("Redone: {step}", step=step))
 
     def _retrace(self, act: Callable[[], None], words: str) -> None:
@@ -437,7 +442,7 @@ class ReviewActions:
     def make_level(self) -> None:
         """Use the same offset in all frames of the selected interval."""
         if judged := self.document.interval:
-            self.document.edit(judged.id, flattened(judged.interval))
+            self.document.edit(judged.id, with_constant_offset(judged.interval))
 
     def make_following(self) -> None:
         """Use a separate offset in each frame, so that the corrected twist is linear in time."""
@@ -448,7 +453,7 @@ class ReviewActions:
             )
         elif judged and self.document.data:
             angle = self.document.data.angle(judged.interval.chain)
-            self.document.edit(judged.id, with_straight_twist(judged.interval, angle))
+            self.document.edit(judged.id, with_twist_straightening_offset(judged.interval, angle))
 
     def turn_end(self) -> None:
         """Switch whether the selected interval's correction also rotates the joints below.
@@ -499,7 +504,7 @@ class ReviewActions:
             return
         if self._report_unexamined():
             return
-        past = list(peaks(document))
+        past = list(reasons_at_unexplained_peaks(document))
         faint = weak_candidates(data.analysis, document.review.state)
         found: list[Interval | Reason] = [*faint, *(r for r in past if r.suspicious)]
         if not found:
@@ -527,7 +532,7 @@ class ReviewActions:
     def _describe(self, moment: Interval | Reason) -> str:
         if isinstance(moment, Reason):
             return reason_sentence(self.document, moment)
-        label = of_core(self.document.find_chain(moment.chain).label)
+        label = translate_core_sentence(self.document.find_chain(moment.chain).label)
         first = moment.start + self.document.first_frame
         return tr(
             "{chain}: {delta}° over {frames} frames from frame {first}, below τ. Press Insert to "
@@ -535,7 +540,7 @@ class ReviewActions:
             chain=label,
             frames=moment.frames,
             first=first,
-            delta=signed(np.degrees(moment.delta), 2),
+            delta=format_signed_number(np.degrees(moment.delta), 2),
         )
 
     def why_not(self) -> None:

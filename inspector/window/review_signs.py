@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from inspector.feature import HostWindow
-from inspector.language import of_core, tr
+from inspector.language import tr, translate_core_sentence
 from inspector.panels.position_line import FrameLine, PositionLine
 from inspector.widgets.labels import SteadyLabel
-from inspector.window.actions import name_step
-from inspector.window.detector_rows import check_detector
-from twistcore.files.encoding import legible
+from inspector.window.actions import set_undo_step_name
+from inspector.window.detector_rows import tick_detector_entry
+from twistcore.files.encoding import escape_control_characters
 from twistcore.review import Decision
 
 
@@ -29,9 +29,9 @@ class ReviewSigns:
         texts = (review.undo_text, review.redo_text) if review else ("", "")
         for name, text in zip(("undo", "redo"), texts, strict=True):
             title = {"undo": tr("Undo"), "redo": tr("Redo")}[name]
-            name_step(actions[name], title, of_core(text))
+            set_undo_step_name(actions[name], title, translate_core_sentence(text))
         if review is not None:
-            check_detector(actions, review.state.method)
+            tick_detector_entry(actions, review.state.method)
         self._show_title()
         waits = review is not None and not review.saved and document.borrowed is None
         self._window.setWindowModified(waits)
@@ -42,7 +42,7 @@ class ReviewSigns:
         data = document.data
         look = tr(" (read-only)") if document.keeper.read_only else ""
         # Qt replaces [*] with a mark for changes; if doubled, it is shown unchanged
-        name = legible(data.clip.name).replace("[*]", "[*][*]") if data else ""
+        name = escape_control_characters(data.clip.name).replace("[*]", "[*][*]") if data else ""
         self._window.setWindowTitle(f"{name}[*]{look} – {title}" if data else title)
 
     def _show_decided(self) -> None:

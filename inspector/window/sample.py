@@ -13,11 +13,11 @@ from PySide6.QtGui import QKeySequence
 from inspector.bundled import SAMPLE
 from inspector.language import tr
 from inspector.panels.limb_words import part_of_body
-from inspector.widgets.signed_numbers import plain
+from inspector.widgets.signed_numbers import format_number
 from inspector.window.parts import Parts
 from twistcore.detection import Kind
 from twistcore.files.atomic import write_atomically
-from twistcore.files.ordinary import is_file, is_there, own_folder, read_file
+from twistcore.files.ordinary import is_file, path_exists, read_file, user_folder
 from twistcore.review import Judged
 
 _FOLDER = "Twist Inspector"  # folder in the user's documents
@@ -30,16 +30,16 @@ def open_sample(parts: Parts) -> None:
 
     The poses before and after the correction are shown side by side.
     """
-    parts.files.open_then(own_copy(SAMPLE), partial(_begin, parts))
+    parts.files.open_then(user_copy_of_clip(SAMPLE), partial(_begin, parts))
 
 
-def own_copy(bundled: Path) -> Path:
+def user_copy_of_clip(bundled: Path) -> Path:
     """Return the user's own copy of a bundled clip, creating it in their documents if necessary.
 
     If there is another file with this name, the copy gets the next free name. If the folder is
     read-only, the path of the bundled clip is returned.
     """
-    folder = own_folder(platformdirs.user_documents_path) / _FOLDER
+    folder = user_folder(platformdirs.user_documents_path) / _FOLDER
     try:
         content = read_file(bundled)
         for number in range(1, _MOST):
@@ -47,7 +47,7 @@ def own_copy(bundled: Path) -> Path:
             copy = folder / f"{bundled.stem}{ending}{bundled.suffix}"
             if is_file(copy) and read_file(copy) == content:
                 return copy
-            if not is_there(copy):
+            if not path_exists(copy):
                 folder.mkdir(parents=True, exist_ok=True)
                 write_atomically(copy, content)
                 return copy
@@ -76,7 +76,7 @@ def _sentence(parts: Parts, worst: Judged) -> str:
         "{part} is twisted by {angle}°. Press {accept} to accept the interval or {reject} to "
         "reject it.",
         part=part_of_body(parts.document.find_chain(worst.interval.chain)),
-        angle=plain(abs(np.degrees(worst.interval.shown)), 0),
+        angle=format_number(abs(np.degrees(worst.interval.shown)), 0),
         accept=accept,
         reject=reject,
     )

@@ -16,7 +16,7 @@ from inspector.folder.feature import feature as folder
 from inspector.language import tr, tr_as
 from inspector.lessons.feature import feature as lessons
 from inspector.session.session_files import SESSION_SUFFIX, is_session
-from inspector.widgets.file_dialog import ask_where
+from inspector.widgets.file_dialog import ask_save_path
 
 _AUTOSAVE_MS = 60_000  # time after the last step
 
@@ -49,7 +49,7 @@ class Saving:
             return
         if self._is_borrowed():
             return
-        ask_where(
+        ask_save_path(
             self.window,
             tr("Save session as"),
             tr("Sessions") + f" (*{SESSION_SUFFIX})",

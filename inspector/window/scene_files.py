@@ -8,7 +8,7 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject
 
-from inspector.language import of_core, tr
+from inspector.language import tr, translate_core_sentence
 from inspector.widgets.background import OneTask
 from twistcore.errors import TwistError
 from twistcore.formats.blender import SUFFIXES, find_blender
@@ -62,10 +62,12 @@ class SceneFiles(QObject):
     def _converted(self, clip: Path, notes: tuple[str, ...]) -> None:
         self._open_clip(clip)
         text = tr("Corrections are written to a BVH file, not to the scene.")
-        self._show_message(" ".join((text, *map(of_core, notes))), False)
+        self._show_message(" ".join((text, *map(translate_core_sentence, notes))), False)
 
     def _failed(self, path: Path, error: Exception) -> None:
-        why = tr("{scene} was not opened: {error}", scene=path.name, error=of_core(error))
+        why = tr(
+            "{scene} was not opened: {error}", scene=path.name, error=translate_core_sentence(error)
+        )
         self._show_message(why, True)
 
 

@@ -70,7 +70,7 @@ _USABLE = {
 _SIDES = _Area.LeftDockWidgetArea, _Area.RightDockWidgetArea
 
 
-def clear_of(panel: QRect, taken: QRect, room: QRect) -> QRect:
+def move_clear_of_rectangle(panel: QRect, taken: QRect, room: QRect) -> QRect:
     """Return the rectangle `panel`, moved so that it does not cover the rectangle `taken`.
 
     The panel is moved up, down, left or right, by the shortest distance that keeps it inside
@@ -193,7 +193,7 @@ class UsualLayout(QObject):
             return
         taken = QRect(self._controls.mapToGlobal(QPoint(0, 0)), self._controls.size())
         room = self._window.screen().availableGeometry()
-        dock.move(clear_of(dock.frameGeometry(), taken, room).topLeft())
+        dock.move(move_clear_of_rectangle(dock.frameGeometry(), taken, room).topLeft())
 
     def _make_usable(self) -> None:
         """Limit the sizes of restored panels, which may have been saved on a different screen."""

@@ -18,8 +18,8 @@ def asleep(note):
 def work_asleep(note):
     """The window's worker with a clip on which it sleeps."""
     ours, theirs = Pipe()
-    survey_worker.survey = lambda path, *_: asleep(path)
-    Thread(target=survey_worker.work, args=(theirs,)).start()
+    survey_worker.survey_clip = lambda path, *_: asleep(path)
+    Thread(target=survey_worker.survey_clips_from_pipe, args=(theirs,)).start()
     ours.send((Path(note), None))
     time.sleep(600)
 

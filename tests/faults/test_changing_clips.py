@@ -14,11 +14,11 @@ from tests.messages import names_in_one_line
 from tests.twistcore.batch_folders import clips
 from twistcore.batch import clip_result
 from twistcore.batch.clip_task import run_task
-from twistcore.batch.inputs import find_inputs
+from twistcore.batch.inputs import find_input_clips
 from twistcore.batch.manifest import DONE, Manifest
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.run import run_batch
-from twistcore.work.processes import each
+from twistcore.work.processes import map_in_processes
 
 DIRTY = ASSETS / "walk_injected.bvh"
 CLIPS = 4
@@ -48,7 +48,7 @@ def appended(path, data):
 
 
 def in_two_processes(tasks, _seconds):
-    return each(run_task, tasks, 2)
+    return map_in_processes(run_task, tasks, 2)
 
 
 def one_by_one(tasks, _seconds):
@@ -56,7 +56,7 @@ def one_by_one(tasks, _seconds):
 
 
 def run(folder, out, carry_out=one_by_one):
-    sources = find_inputs([str(folder)]).sources
+    sources = find_input_clips([str(folder)]).sources
     return run_batch(out, sources, Parameters(refine=True), carry_out)
 
 
@@ -125,7 +125,7 @@ def test_a_clip_that_vanishes_is_listed_and_tried_again(tmp_path):
         made[2].rename(tmp_path / "away.bvh")
         return one_by_one(tasks, _seconds)
 
-    sources = find_inputs([str(folder)]).sources
+    sources = find_input_clips([str(folder)]).sources
     summary = run_batch(out, sources, Parameters(refine=True), carry_out)
     assert (summary.done, len(summary.failed)) == (3, 1)
     assert "does not exist" in summary.failed[0]
@@ -148,17 +148,17 @@ def test_a_clip_that_is_still_being_copied_is_tried_again(rest, tmp_path, monkey
         finally:
             path.write_bytes(whole)
 
-    sources = find_inputs([str(folder)]).sources
+    sources = find_input_clips([str(folder)]).sources
     monkeypatch.setattr(clip_result, "process_clip", copied_meanwhile)
 
     summary = run_batch(out, sources, Parameters(), one_by_one)
     assert (summary.done, len(summary.failed)) == (0, 1)
     monkeypatch.undo()
-    sources = find_inputs([str(folder)]).sources
+    sources = find_input_clips([str(folder)]).sources
     assert run_batch(out, sources, Parameters(), one_by_one).done == 1
     path.write_bytes(whole[:300] + rest)
     for _ in range(2):  # at rest, it is not tried again
-        sources = find_inputs([str(folder)]).sources
+        sources = find_input_clips([str(folder)]).sources
         assert run_batch(out, sources, Parameters(), one_by_one).unreadable == 1
 
 
@@ -179,7 +179,7 @@ def test_clips_that_change_once_at_random_moments(change, tmp_path):
     made = clips(folder, DIRTY, 20, frames=60)
     others = clips(tmp_path / "others", DIRTY, 40, frames=50)[20:]
     versions = [path.read_bytes() for path in made]
-    sources = find_inputs([str(folder)]).sources
+    sources = find_input_clips([str(folder)]).sources
     begun, order = threading.Event(), rng.sample(range(20), 20)
 
     def tasks_begun(tasks, seconds):

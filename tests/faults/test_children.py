@@ -31,12 +31,13 @@ STARTS = {
         "    process.start()\n    process.join()"
     ),
     "a module": (
-        "import subprocess\nfrom twistcore.work.with_parent import python_bound\n"
-        "subprocess.run(python_bound('tests.faults.asleep', {note!r}))"
+        "import subprocess\nfrom twistcore.work.with_parent import parent_bound_module_command\n"
+        "subprocess.run(parent_bound_module_command('tests.faults.asleep', {note!r}))"
     ),
     "another program": (
-        "import subprocess, sys\nfrom twistcore.work.with_parent import bound\n"
-        "subprocess.run(bound([sys.executable, '-m', 'tests.faults.asleep', {note!r}]),"
+        "import subprocess, sys\nfrom twistcore.work.with_parent import parent_bound_command\n"
+        "subprocess.run(parent_bound_command([sys.executable, '-m', 'tests.faults.asleep', "
+        "{note!r}]),"
         " start_new_session=True)"
     ),
 }
@@ -60,9 +61,11 @@ def test_a_child_ends_with_a_parent_that_was_killed(name, tmp_path):
 def test_whose_parent_was_gone_before_is_not_begun(tmp_path):
     note = tmp_path / "pid"
     program = (
-        "import subprocess\nfrom twistcore.work.with_parent import bound, python_bound\n"
-        f"for command in (bound(['{sys.executable}', '-m', 'tests.faults.asleep', {str(note)!r}]),"
-        f" python_bound('tests.faults.asleep', {str(note)!r})):\n"
+        "import subprocess\nfrom twistcore.work.with_parent import parent_bound_command, "
+        "parent_bound_module_command\n"
+        f"for command in (parent_bound_command(['{sys.executable}', '-m', 'tests.faults.asleep', "
+        f"{str(note)!r}]),"
+        f" parent_bound_module_command('tests.faults.asleep', {str(note)!r})):\n"
         "    command = [w.replace(str(__import__('os').getpid()), '1000000') for w in command]\n"
         "    assert subprocess.run(command, timeout=60).returncode in (0, 1)"
     )
@@ -79,7 +82,7 @@ def test_a_survey_that_nobody_waits_for_any_more_ends_quietly(monkeypatch, found
             raise found
         return found
 
-    monkeypatch.setattr(survey_worker, "survey", surveyed)
+    monkeypatch.setattr(survey_worker, "survey_clip", surveyed)
     ours.send((Path("walk.bvh"), None))
-    survey_worker.work(theirs)
+    survey_worker.survey_clips_from_pipe(theirs)
     theirs.close()

@@ -11,18 +11,18 @@ from tests.twistcore.batch_folders import KILL, ROOT, environment
 from tests.twistcore.reviews import CLIP, fresh
 from twistcore.cli.command_line import main
 from twistcore.export.interrupted import (
+    interrupted_export_sentence,
     interrupted_exports,
-    interruption_sentence,
-    marked_export,
-    was_interrupted,
+    mark_export_in_progress,
+    was_export_interrupted,
 )
 from twistcore.review import write_session
 
 KILLED = """
 import os, sys
 from pathlib import Path
-from twistcore.export.interrupted import marked_export
-with marked_export(Path(sys.argv[1]), Path(sys.argv[2])):
+from twistcore.export.interrupted import mark_export_in_progress
+with mark_export_in_progress(Path(sys.argv[1]), Path(sys.argv[2])):
     print("begun", flush=True)
     sys.stdin.read()
 """
@@ -51,25 +51,25 @@ def begin(session, clip):
 def test_a_killed_export_is_recognised_until_the_next_one(name, tmp_path, exported):
     clip, session = exported[0], tmp_path / name
     with begin(session, clip) as process:
-        assert not was_interrupted(session), "it is under way"
+        assert not was_export_interrupted(session), "it is under way"
         assert not interrupted_exports(clip)
         os.kill(process.pid, KILL)
-    assert was_interrupted(session)
-    assert name in interruption_sentence(session)
+    assert was_export_interrupted(session)
+    assert name in interrupted_export_sentence(session)
     assert interrupted_exports(clip) == [name]
     assert not interrupted_exports(tmp_path / "other.bvh")
-    with marked_export(session, clip):
-        assert not was_interrupted(session)
+    with mark_export_in_progress(session, clip):
+        assert not was_export_interrupted(session)
     assert not interrupted_exports(clip)
-    assert not interruption_sentence(session)
+    assert not interrupted_export_sentence(session)
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
 
 
 def test_an_export_that_fails_leaves_no_mark(exported, tmp_path):
     clip, session = exported
-    with pytest.raises(OSError, match="full"), marked_export(session, clip):
+    with pytest.raises(OSError, match="full"), mark_export_in_progress(session, clip):
         raise OSError("full")
-    with marked_export(tmp_path / "nowhere" / "a.replay.json", clip):
+    with mark_export_in_progress(tmp_path / "nowhere" / "a.replay.json", clip):
         pass
     assert not interrupted_exports(clip)
     assert {path.name for path in tmp_path.iterdir()} == {clip.name, session.name}
@@ -101,7 +101,7 @@ def test_every_interrupted_export_of_a_clip_is_listed(exported, tmp_path):
     """Marks that no program holds, as if it had been killed."""
     clip, _ = exported
     for name in ("a", "b"):
-        with marked_export(tmp_path / f"{name}.replay.json", clip):
+        with mark_export_in_progress(tmp_path / f"{name}.replay.json", clip):
             (mark,) = tmp_path.glob(".*.export")
             left = mark.read_bytes()
         mark.write_bytes(left)

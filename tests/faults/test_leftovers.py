@@ -10,7 +10,12 @@ from pathlib import Path
 import pytest
 
 from tests.twistcore.batch_folders import ROOT, environment
-from twistcore.files.atomic import open_temporary, part_name, write_atomically, writing_atomically
+from twistcore.files.atomic import (
+    open_temporary,
+    temporary_file_path,
+    write_atomically,
+    writing_atomically,
+)
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="of Windows, names alone are ours")
 
@@ -32,7 +37,7 @@ def test_what_was_killed_in_the_middle_is_gone_after_the_next_writing(tmp_path, 
     command = [sys.executable, "-c", program, str(path)]
     subprocess.run(command, cwd=ROOT, env=environment(), check=False)
     assert path.read_bytes() == b"old"
-    assert names(tmp_path) == sorted([part_name(path).name, name])
+    assert names(tmp_path) == sorted([temporary_file_path(path).name, name])
     write_atomically(path, b"new")
     assert path.read_bytes() == b"new"
     assert names(tmp_path) == [name]
@@ -45,7 +50,7 @@ def test_who_writes_meanwhile_is_left_alone(tmp_path):
         one.flush()
         write_atomically(path, b"other")
         assert path.read_bytes() == b"other"
-        assert part_name(path).read_bytes() == b"one"
+        assert temporary_file_path(path).read_bytes() == b"one"
     assert path.read_bytes() == b"one"
     assert names(tmp_path) == ["x"]
 
@@ -53,7 +58,7 @@ def test_who_writes_meanwhile_is_left_alone(tmp_path):
 @pytest.mark.parametrize("kind", ["link", "astray", "folder", "fifo", "hard link", "another's"])
 def test_what_is_not_ours_under_that_name_stays(tmp_path, kind):
     path = tmp_path / "x"
-    part = part_name(path)
+    part = temporary_file_path(path)
     (tmp_path / "precious").write_bytes(b"precious")
     match kind:
         case "link":
@@ -81,7 +86,7 @@ def test_what_is_not_ours_under_that_name_stays(tmp_path, kind):
 
 def test_a_file_system_without_locks_keeps_what_may_be_somebody_s(tmp_path, monkeypatch):
     path = tmp_path / "x"
-    part_name(path).write_bytes(b"perhaps being written")
+    temporary_file_path(path).write_bytes(b"perhaps being written")
 
     def refuse(*_):
         raise OSError(95, "Operation not supported")
@@ -89,7 +94,7 @@ def test_a_file_system_without_locks_keeps_what_may_be_somebody_s(tmp_path, monk
     monkeypatch.setattr(fcntl, "flock", refuse)
     write_atomically(path, b"new")
     assert path.read_bytes() == b"new"
-    assert part_name(path).read_bytes() == b"perhaps being written"
+    assert temporary_file_path(path).read_bytes() == b"perhaps being written"
     assert len(names(tmp_path)) == 2
 
 
@@ -117,7 +122,7 @@ def test_many_writers_of_one_file_at_once_leave_it_whole_and_alone(tmp_path):
 
 def test_a_part_s_name_fits_where_its_file_s_does():
     for name in ("x", "x" * 255, "ü" * 127, "x" * 234, "x" * 235):
-        part = part_name(Path(name), ".mp4")
+        part = temporary_file_path(Path(name), ".mp4")
         assert len(os.fsencode(part.name)) <= 245  # and a number in between
         assert part.name.endswith(".twist.part.mp4")
 

@@ -14,10 +14,10 @@ import pytest
 from tests.conftest import ASSETS
 from tests.tiers import parametrize
 from twistcore.cli import main
-from twistcore.files.lock import is_held
+from twistcore.files.lock import is_file_locked
 from twistcore.files.marks import sha256_of
 from twistcore.files.ordinary import open_to_read, read_file, real_path
-from twistcore.formats.clip_files import clips_in
+from twistcore.formats.clip_files import clip_paths_in_folder
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no such files there")
 
@@ -94,7 +94,7 @@ def test_what_is_no_file_is_not_read(tmp_path, kind):
             work(path)
         assert caught.value.errno in (errno.EINVAL, errno.ELOOP, errno.ENOENT, errno.EISDIR)
         assert caught.value.filename == str(path)
-    assert not is_held(path)
+    assert not is_file_locked(path)
 
 
 def test_what_a_shell_gives_open_is_read(tmp_path):
@@ -174,6 +174,6 @@ def test_a_folder_with_all_of_them_is_a_batch_of_what_can_be_read(odd, tmp_path,
 
 
 def test_in_a_folder_only_files_and_links_astray_are_clips(odd):
-    names = [path.name for path in clips_in(odd)]
+    names = [path.name for path in clip_paths_in_folder(odd)]
     astray = [f"{kind}.{end}" for kind in ("astray", "loop") for end in ("amc", "bvh", "npz")]
     assert names == sorted([*astray, "walk.bvh"])

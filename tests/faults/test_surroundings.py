@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from inspector.session.session_files import refuge_path
+from inspector.session.session_files import fallback_session_path
 from inspector.session.settings import Settings, load_settings, save_settings, settings_path
 from tests.conftest import ASSETS
 from tests.twistcore.batch_folders import COMMAND, ROOT, clips, environment
@@ -81,12 +81,12 @@ def test_without_a_home_nothing_is_made_where_it_was_started(tmp_path, monkeypat
         monkeypatch.setattr(f"platformdirs.{name}", without_home)
     path = settings_path()
     assert path.is_absolute()
-    assert refuge_path(tmp_path / "walk.bvh").is_absolute()
+    assert fallback_session_path(tmp_path / "walk.bvh").is_absolute()
     settings, _ = load_settings(path)
     assert settings == Settings()
     assert "cannot be written" in save_settings(path, settings)
     with pytest.raises(OSError, match="Not a directory"):
-        refuge_path(tmp_path / "walk.bvh").parent.mkdir(parents=True)
+        fallback_session_path(tmp_path / "walk.bvh").parent.mkdir(parents=True)
     assert list(tmp_path.iterdir()) == []
 
 

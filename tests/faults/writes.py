@@ -8,17 +8,17 @@ from pathlib import Path
 
 import numpy as np
 
-from inspector.session.session_files import write_known
+from inspector.session.session_files import write_session_with_backup
 from inspector.session.settings import Settings, save_settings
 from inspector.tuning.remembered_profiles import Performers
 from tests.twistcore.batch_records import done
 from tests.twistcore.reviews import CHAINS, CLIP, fresh
 from twistcore.batch.corrected_files import write_corrected
 from twistcore.batch.manifest import ManifestRow
-from twistcore.batch.result_files import write_clip_table, write_json_lines, write_parquet
+from twistcore.batch.result_files import write_clip_table, write_interval_parquet, write_json_lines
 from twistcore.formats.bvh import write_motion
 from twistcore.formats.clip import write_clip
-from twistcore.quamo.network import untrained, write_network
+from twistcore.quamo.network import untrained_network, write_network
 from twistcore.report.clip_report import write_clip_report
 from twistcore.report.document import Report
 from twistcore.review.session import session_bytes, write_session
@@ -57,7 +57,7 @@ def _performers(folder: Path) -> None:
 
 @cache
 def _network():
-    return untrained(4, 4, np.random.default_rng(0), "")
+    return untrained_network(4, 4, np.random.default_rng(0), "")
 
 
 @cache
@@ -71,7 +71,7 @@ WRITES: Mapping[str, Write] = {
     "motion.bvh": lambda f: write_motion(CLIP.motion, f / "motion.bvh"),
     "exercise.bvh": lambda f: write_exercise_clip(CLIP, CLIP.motion, f / "exercise.bvh"),
     "walk.twist.json": lambda f: write_session(CLIP, fresh().state, f / "walk.twist.json"),
-    "known.twist.json": lambda f: write_known(
+    "known.twist.json": lambda f: write_session_with_backup(
         f / "known.twist.json", session_bytes(CLIP, fresh().state), {}
     ),
     "x.report.json": _report,
@@ -88,6 +88,6 @@ WRITES: Mapping[str, Write] = {
     ),
     "clips.csv": lambda f: write_clip_table(f / "clips.csv", _records()),
     "clips.jsonl": lambda f: write_json_lines(f / "clips.jsonl", _records()),
-    "clips.parquet": lambda f: write_parquet(f / "clips.parquet", _records()),
+    "clips.parquet": lambda f: write_interval_parquet(f / "clips.parquet", _records()),
     "weights.npz": lambda f: write_network(_network(), f / "weights.npz"),
 }

@@ -21,13 +21,13 @@ from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import automatic_corrections, refine
 from twistcore.detection import Interval
 from twistcore.formats.bvh import BvhClip, read_bvh, write_motion
-from twistcore.formats.clip import Clip, changed_rotations, rewritten
+from twistcore.formats.clip import Clip, changed_rotations, patch_clip
 from twistcore.formats.npz import NpzClip
 from twistcore.formats.npz.video_poses import VideoPoses
-from twistcore.formats.reading import is_other_data, read_clip
+from twistcore.formats.reading import is_clip_without_motion, read_clip
 from twistcore.quamo.pose_files import PosesError
 from twistcore.quamo.poses_clip import read_poses
-from twistcore.quamo.topology import find_topology
+from twistcore.quamo.topology import find_network_joints
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.limb import find_limbs
 from twistcore.skeleton.motion import Motion, forward_kinematics
@@ -73,7 +73,7 @@ def _amass(joints: int, own: bool) -> Mapping[str, np.ndarray]:
 def _estimated(layout: str) -> tuple[str, bytes]:
     """A file as an estimator writes it, and how its name ends."""
     motion = _motion().motion.sliced(0, 12)
-    q = find_topology(motion.skeleton).reduced(motion.rotations)
+    q = find_network_joints(motion.skeleton).reduced(motion.rotations)
     with tempfile.TemporaryDirectory() as folder:
         path = LAYOUTS[layout][0](Path(folder, "a"), q, 0.05 * motion.positions[:, 0])
         return path.suffix, path.read_bytes()
@@ -163,14 +163,14 @@ def follow(path: Path) -> None:
     taken out of one chain in all of them.
     """
     rng = random.Random(path.read_bytes())
-    is_other_data(path)
+    is_clip_without_motion(path)
     clip = read_clip(path)
-    assert rewritten(clip, clip.motion).data == clip.data
+    assert patch_clip(clip, clip.motion).data == clip.data
     assert all(np.isfinite(part).all() for part in forward_kinematics(clip.motion))
     found = _corrected(clip) if rng.randrange(LOOKED_AT) == 0 else clip.motion
     corrected = _turned(found, rng)
     changed = changed_rotations(clip, corrected)
-    patch = rewritten(clip, corrected)
+    patch = patch_clip(clip, corrected)
     path.write_bytes(patch.data)
     again = read_clip(path, fps=1.0 / clip.frame_time)
     there, here = again.motion.rotations.copy(), clip.motion.rotations
@@ -222,7 +222,7 @@ def read_npz_kind(folder: Path) -> None:
 
 def read_pkl_kind(folder: Path) -> None:
     path = folder / "a.pkl"
-    is_other_data(path)
+    is_clip_without_motion(path)
     if pickle_protocol(path) < 3:  # whose arrays cannot be replaced in place
         read_clip(path)
     else:

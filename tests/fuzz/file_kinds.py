@@ -24,13 +24,13 @@ from tests.fuzz.json_damage import DEEP, NUMBERS, TEXTS, damage_bytes, damaged_j
 from tests.fuzz.review_kinds import ASSETS, analysis, clip
 from tests.fuzz.trial import Kind
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.files.encoding import encoded, json_text
+from twistcore.files.encoding import encode_utf8, json_text
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Review
 from twistcore.skeleton.rig import OwnChain, Rig, read_rig, rig_from_json, rig_to_json, write_rig
 from twistcore.study.class_exercise import StudentAnswer, read_answer, write_answer
-from twistcore.study.evaluation import measure_clip
-from twistcore.synthesis import PROTOCOLS, draw_errors, generator
+from twistcore.study.evaluation import measure_corrected_clip
+from twistcore.synthesis import PROTOCOLS, clip_random_generator, draw_errors
 from twistcore.synthesis.truth import Truth, read_truth, write_truth
 from twistcore.tuning.learned_confidence import LearnedConfidence
 from twistcore.tuning.profile import Profile, TauReasons, read_profile, write_profile
@@ -85,7 +85,7 @@ def _damaged_toml(text: str, rng: random.Random) -> bytes:
                 lines[k] = lines[k][: one.start()] + rng.choice(_TOML) + lines[k][one.end() :]
         else:
             lines *= rng.choice((2, 500 if sum(map(len, lines)) < 20_000 else 1))
-    data = encoded("\n".join(lines))
+    data = encode_utf8("\n".join(lines))
     return damage_bytes(data, rng) if what > 0.8 else data
 
 
@@ -152,7 +152,7 @@ def _truths() -> tuple[dict[str, object], ...]:
     source, chains = read_bvh(ASSETS / "walk.bvh").motion, analysis().chains
     out = []
     for name in ("P0", "H2", "H10"):
-        errors = draw_errors(source, chains[:4], generator(1, "walk"), PROTOCOLS[name])
+        errors = draw_errors(source, chains[:4], clip_random_generator(1, "walk"), PROTOCOLS[name])
         truth = Truth("walk.bvh", name, 1, source.frames, source.fps, errors, "a" * 64)
         out.append(_document(lambda p, t=truth: write_truth(p, t)))
     return (_asset("walk_injected.truth.json"), *out)
@@ -178,7 +178,7 @@ def _clean():
 def _read_truth(folder: Path) -> object:
     truth = read_truth(folder / "a.truth.json")
     write_truth(folder / "again.json", truth)
-    return measure_clip(truth, _clean(), clip().motion, analysis().chains)
+    return measure_corrected_clip(truth, _clean(), clip().motion, analysis().chains)
 
 
 @cache

@@ -17,18 +17,18 @@ from tests.fuzz.json_damage import TEXTS, damage_bytes, damaged_json
 from tests.fuzz.review_kinds import ASSETS
 from tests.fuzz.trial import Kind
 from twistcore.batch.clip_result import process_clip
-from twistcore.batch.gates import broken_rules, parse_rule
+from twistcore.batch.gates import broken_rules, parse_batch_rule
 from twistcore.batch.junit import junit_xml
 from twistcore.batch.manifest import DONE, FAILED, FILE, Manifest, ManifestRow
 from twistcore.batch.manifest_tables import COLUMNS
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.result_files import clips_csv, interval_rows, json_line
 from twistcore.report.folder_numbers import FolderNumbers, worst_first
-from twistcore.report.folder_page import folder_page, manifest_page
-from twistcore.report.folder_report import _home, page_of
+from twistcore.report.folder_page import clip_page_from_manifest, folder_page_html
+from twistcore.report.folder_report import _home, clip_page_path
 
 _RULES = [
-    parse_rule(rule)
+    parse_batch_rule(rule)
     for rule in (
         "count[limb-flip]>0",
         "total.affected>2%",
@@ -172,15 +172,17 @@ def _read(folder: Path) -> object:
     numbers = FolderNumbers()
     rows = worst_first([numbers.add(record) for record in records])
     broken = broken_rules(_RULES, records)
-    folder_page("x", rows, numbers, broken)
+    folder_page_html("x", rows, numbers, broken)
     junit_xml(records, _RULES, broken)
     clips_csv(records)
     for record in records:
-        manifest_page(record, "", _home(record, "home"))
+        clip_page_from_manifest(record, "", _home(record, "home"))
         json_line(record)
         list(interval_rows(record))
         assert (
-            (folder / page_of(record.name)).resolve().is_relative_to((folder / "clips").resolve())
+            (folder / clip_page_path(record.name))
+            .resolve()
+            .is_relative_to((folder / "clips").resolve())
         )
     return words
 

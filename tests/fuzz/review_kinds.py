@@ -16,7 +16,7 @@ from inspector.session import opening
 from inspector.session.leftovers import (
     count_missing,
     decisions_in,
-    holds_more,
+    leftover_has_more_decisions,
     read_leftover,
     same_review,
 )
@@ -26,7 +26,7 @@ from tests.fuzz.trial import Kind
 from twistcore.analysis.clip_analysis import ClipAnalysis, analyse
 from twistcore.batch.decisions import count_decisions
 from twistcore.export.exported_clips import clip_of_session
-from twistcore.export.replay import accepted_motion, chains_of
+from twistcore.export.replay import accepted_motion, session_chains
 from twistcore.files.encoding import json_bytes
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import Clip
@@ -51,7 +51,7 @@ from twistcore.review import (
     Tracking,
     read_session,
 )
-from twistcore.review.journal import REDO, SCHEMA, UNDO, command_to_json, recover
+from twistcore.review.journal import REDO, SCHEMA, UNDO, command_to_json, replay_journal
 from twistcore.review.model import constant_interval
 from twistcore.review.session import session_bytes, session_document
 from twistcore.skeleton.rig import Rig
@@ -139,10 +139,10 @@ def _read_session(folder: Path) -> object:
     sessions_in(folder)
     clip_of_session(path)
     decided_counts(folder / "walk_injected.bvh")
-    kept, sha256 = opening.read_session_file(path)
+    kept, sha256 = opening.read_session_with_hash(path)
     count_decisions(path)
     _shown(path, sha256, kept)
-    chains = chains_of(kept, clip())
+    chains = session_chains(kept, clip())
     state = kept.state
     accepted_motion(clip(), chains, replace(state, tracking=None))  # which takes its seconds
     again = session_bytes(clip(), state)
@@ -171,13 +171,13 @@ def _journal(rng: random.Random) -> dict[str, bytes]:
 def _read_journal(folder: Path) -> object:
     path = folder / "walk_injected.twist.json.journal"
     decisions_in(path)
-    recovered = recover(path, clip())
+    recovered = replay_journal(path, clip())
     state = recovered.review.state
     session_bytes(clip(), state)
     leftover, _ = read_leftover(path, clip(), analysis())
     if leftover is not None:
         fresh = Review.of(analysis().detect()).state
-        holds_more(leftover, clip(), fresh)
+        leftover_has_more_decisions(leftover, clip(), fresh)
         count_missing(leftover, fresh)
         if leftover.same_clip:
             same_review(clip(), leftover.recovered.review.state, state)

@@ -12,14 +12,14 @@ from typing import Any
 from unittest import mock
 
 from inspector.lessons.lesson_file import body_and_task, read_lesson
-from inspector.lessons.lesson_place import settings as settings_of_place
-from inspector.lessons.page_in_clip import chain_of
+from inspector.lessons.lesson_place import lesson_place_settings as settings_of_place
+from inspector.lessons.page_in_clip import lesson_page_chain
 from inspector.lessons.page_texts import markdown_html
 from inspector.session import session_files
 from inspector.session.export_files import ExportChoice
-from inspector.session.export_files import replaced as replaced_by_export
+from inspector.session.export_files import files_replaced_by_export as replaced_by_export
 from inspector.session.opening import Analysed
-from inspector.session.rig_profiles import kept_rig, rig_path
+from inspector.session.rig_profiles import load_rig_profile, rig_path
 from inspector.session.settings import (
     Settings,
     load_settings,
@@ -27,17 +27,17 @@ from inspector.session.settings import (
     save_changes,
     save_settings,
 )
-from inspector.tuning.remembered_profiles import Performers, kept_profile, profile_path
+from inspector.tuning.remembered_profiles import Performers, load_saved_profile, profile_path
 from tests.fuzz.file_kinds import _damaged_toml, _profiles, _rigs
 from tests.fuzz.json_damage import NUMBERS, TEXTS, damage_bytes, damaged_json
 from tests.fuzz.review_kinds import ASSETS, clip
 from tests.fuzz.trial import Kind
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.errors import TwistError
-from twistcore.export.folder_replay import WRITTEN, read_written
+from twistcore.export.folder_replay import WRITTEN, read_replayed_clip_hashes
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Review
-from twistcore.skeleton.rig import skeleton_mark
+from twistcore.skeleton.rig import skeleton_hash
 
 # -- lessons -----------------------------------------------------------------------------------
 
@@ -105,7 +105,7 @@ def _analysed(path: Path) -> Analysed:
 def _read_lesson(folder: Path) -> object:
     lesson = read_lesson(folder / "lesson.md")
     for page in lesson.pages[:30]:
-        chain_of(lesson, page, _analysed(page.place.clip))
+        lesson_page_chain(lesson, page, _analysed(page.place.clip))
         settings_of_place(page.place)
     for page in lesson.pages[:3]:
         markdown_html(page.body, _NoFormulas())
@@ -159,7 +159,7 @@ _MARK = "a" * 64
 
 
 def _kept(rng: random.Random) -> dict[str, bytes]:
-    mark = skeleton_mark(clip().motion.skeleton)
+    mark = skeleton_hash(clip().motion.skeleton)
     at = str((Path("/a") / "b.bvh").resolve())
     lines = [{"schema": "twistcore.applied/1"}, {"clip": "a/b.bvh", "sha256": _MARK}]
     names = ["a.bvh", "a.report.html", "../a.bvh", "/a", "", "."]
@@ -185,16 +185,20 @@ def _read_kept(folder: Path) -> object:
         performers.name(Path("/a/c.bvh"), "Kim")
         assert Performers().of(Path("/a/c.bvh")) == "Kim"
         assert rig_path(clip().motion.skeleton).exists()
-        found = [kept_rig(clip().motion), kept_profile(_MARK), kept_profile(_MARK, "Kim")]
+        found = [
+            load_rig_profile(clip().motion),
+            load_saved_profile(_MARK),
+            load_saved_profile(_MARK, "Kim"),
+        ]
         assert profile_path(_MARK).parent.exists()
     for _, said in found:
         if len(said) > 1500:
             raise AssertionError(said)
     pointer = folder / "walk-0.elsewhere.json"
     with mock.patch.object(session_files, "_pointer", return_value=pointer):
-        session_files.kept_sessions(folder / "walk.bvh")
+        session_files.find_existing_sessions(folder / "walk.bvh")
     replaced_by_export(ExportChoice(folder / "a.bvh"), {})
-    json.dumps(read_written(folder))
+    json.dumps(read_replayed_clip_hashes(folder))
     return found
 
 

@@ -35,7 +35,7 @@ from tests.gui.programs import Program, ProgramHere
 from tests.gui.real_screen import real_screen
 from tests.gui.windows import act, close_window, open_clip, wait_until_active
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.files.marks import file_mark
+from twistcore.files.marks import cached_sha256
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
 from twistcore.skeleton.chain import find_chains
@@ -360,7 +360,7 @@ _analyses = {}
 
 @cache
 def _samples():
-    return {file_mark(path) for path in ASSETS.glob("*.bvh")}
+    return {cached_sha256(path) for path in ASSETS.glob("*.bvh")}
 
 
 def _analyse_once(clip, rig=AS_FOUND):

@@ -5,18 +5,18 @@ from tests.conftest import ASSETS
 from twistcore.batch.clip_severity import severity_of_intervals
 from twistcore.detection import Interval
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip import rewritten
+from twistcore.formats.clip import patch_clip
 from twistcore.skeleton.chain import find_chains
-from twistcore.synthesis import draw_errors, generator, inject
+from twistcore.synthesis import clip_random_generator, draw_errors, inject
 
 
 def put_errors(path, chains_hit, seed=1):
     """The walk with errors in a number of chains; returns its true severity."""
     clip = read_bvh(ASSETS / "walk.bvh")
     chains = find_chains(clip.motion)
-    errors = draw_errors(clip.motion, chains[:chains_hit], generator(seed, path.name))
+    errors = draw_errors(clip.motion, chains[:chains_hit], clip_random_generator(seed, path.name))
     dirty = inject(clip.motion, chains, errors)
-    path.write_bytes(rewritten(clip, dirty).data)
+    path.write_bytes(patch_clip(clip, dirty).data)
     by_name = {c.name: c for c in chains}
     found = [(Interval(e.chain, e.start, e.stop, e.offset), by_name[e.chain]) for e in errors]
     return severity_of_intervals(found, clip.motion.frames, clip.motion.fps)

@@ -194,9 +194,9 @@ def _become(words, environment, cwd, pipes, asked):
 
 def _serve(asked, to_ask):
     """Fork until nobody asks any more; a program goes its own way, and may ask, too."""
-    from inspector.unread_sources import leave_sources_unread
+    from inspector.unread_sources import disable_pyside_source_reading
 
-    leave_sources_unread()  # as the program does
+    disable_pyside_source_reading()  # as the program does
     for module in _IMPORTED:
         importlib.import_module(module)
     gc.collect()

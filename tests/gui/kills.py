@@ -15,9 +15,9 @@ from tests.gui import forked
 from tests.gui.programs import Program
 from tests.processes import children_of, is_alive, until
 from twistcore.cli import main
-from twistcore.export.interrupted import interrupted_exports, interruption_sentence
+from twistcore.export.interrupted import interrupted_export_sentence, interrupted_exports
 from twistcore.formats.bvh import read_bvh
-from twistcore.review import read_session, recover, session_bytes
+from twistcore.review import read_session, replay_journal, session_bytes
 
 REVIEWER = Path(__file__).with_name("scripted_review.py")
 OPENER = Path(__file__).with_name("opened_folder.py")
@@ -74,7 +74,7 @@ def state_on_disk(clip):
     assert len(left) <= 1  # the second run went on in the first one's
     # One that died before its first line was whole holds nothing: a restart takes it away.
     if left and b"\n" in left[0].read_bytes():
-        state = recover(left[0]).review.state
+        state = replay_journal(left[0]).review.state
     elif session.exists():
         state = read_session(session).state
     else:
@@ -150,7 +150,7 @@ def killed_in_an_export(place, seed):
         assert again.read_bytes() == out.read_bytes() or (earlier and accepted == 2)
         if again.read_bytes() != out.read_bytes():
             assert interrupted_exports(clip) == [replay.name]
-            assert "interrupted" in interruption_sentence(replay)
+            assert "interrupted" in interrupted_export_sentence(replay)
     for path in folder.iterdir():
         if path.name.endswith(_PARTS):  # begun: it may have nothing in it yet
             assert path.name.startswith(".")

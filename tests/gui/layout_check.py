@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
 
 from inspector.app import make_application
 from inspector.bundled import LESSONS, TOUR
-from inspector.language import in_language
+from inspector.language import translated_page_path
 from inspector.session.settings import Settings
 from inspector.teaching.section_head import SectionHead
 from inspector.widgets.labels import Headline
@@ -202,7 +202,7 @@ def main() -> None:
     # A page that fits the narrowest window fits the others: there the tour stands for all.
     narrow = int(width) == NARROWEST
     lessons = sorted(LESSONS.glob("*.md")) if narrow else [TOUR]
-    teach(window, [in_language(lesson) for lesson in lessons])
+    teach(window, [translated_page_path(lesson) for lesson in lessons])
     if (window.width(), window.height()) != (int(width), int(height)):
         print(
             f"with tuning, quality and teaching the window needs {window.width()}×{window.height()}"

@@ -16,7 +16,7 @@ from tests.gui.windows import act
 from twistcore.batch import Manifest
 from twistcore.batch.run import LOCK
 from twistcore.cli import main
-from twistcore.files.lock import lock
+from twistcore.files.lock import lock_file
 
 
 @pytest.fixture(scope="module")
@@ -136,7 +136,7 @@ def test_what_the_window_cannot_do_as_the_batch_did_it_does_itself(qtbot, queue,
 def test_what_waits_for_a_batch_at_work_is_left_to_it(qtbot, queue, outdir):
     put_errors(outdir.parent / "two" / "a.bvh", 9)
     with (outdir / LOCK).open("r+b") as file:
-        assert lock(file.fileno())
+        assert lock_file(file.fileno())
         queue.open(outdir)
         assert not queue.running
         assert [c.state for c in queue.ordered].count(ClipState.WAITING) == 1

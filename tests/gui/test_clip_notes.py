@@ -2,7 +2,7 @@
 
 import pytest
 
-from inspector.language import catalogue, of_core, use_language
+from inspector.language import catalogue, translate_core_sentence, use_language
 from inspector.session.opening import analyse_clip, opening_notes
 from tests.twistcore.test_notation import HELD, KEYS10, TENTHS, WHOLE, noted, written
 
@@ -18,7 +18,11 @@ def test_notes_are_translated():
     before = catalogue.chosen_language()
     use_language("de")
     try:
-        said = [of_core(n) for k in (WHOLE, TENTHS, HELD, KEYS10) for n in noted(written(k).motion)]
+        said = [
+            translate_core_sentence(n)
+            for k in (WHOLE, TENTHS, HELD, KEYS10)
+            for n in noted(written(k).motion)
+        ]
     finally:
         use_language(before)
     assert (

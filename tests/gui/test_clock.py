@@ -6,9 +6,13 @@ import time
 
 import pytest
 
-from inspector.session.session_files import kept_sessions, refuge_path, session_path
+from inspector.session.session_files import (
+    fallback_session_path,
+    find_existing_sessions,
+    session_path,
+)
 from tests.gui.windows import close_window, open_clip
-from twistcore.batch.clip_task import signature_of
+from twistcore.batch.clip_task import file_signature
 from twistcore.review import Decision, read_session
 
 DAY_S = 86_400
@@ -37,7 +41,7 @@ def test_the_session_that_was_saved_last_is_the_latest(qtbot, show_window, clip,
     open_clip(qtbot, window, clip)
     decided(window, 1)
     assert window.files.save_session()
-    away = refuge_path(clip)
+    away = fallback_session_path(clip)
     away.parent.mkdir(parents=True, exist_ok=True)
     shutil.copy(session_path(clip), away)
     later(away, clip)
@@ -46,7 +50,7 @@ def test_the_session_that_was_saved_last_is_the_latest(qtbot, show_window, clip,
     assert window.document.keeper.session_file == away
     decided(window, 3)
     assert window.document.keeper.save(session_path(clip))[0]
-    assert kept_sessions(clip) == [session_path(clip), away]
+    assert find_existing_sessions(clip) == [session_path(clip), away]
     open_clip(qtbot, window, clip)
     assert window.document.keeper.session_file == session_path(clip)
     assert len(window.document.review.state.chosen()) == 3
@@ -79,4 +83,4 @@ def test_what_earlier_runs_left_is_offered_whatever_its_time(qtbot, show_window,
 
 def test_a_file_from_the_future_is_never_taken_for_settled(clip, later):
     later(clip)
-    assert not signature_of(clip)[1]
+    assert not file_signature(clip)[1]

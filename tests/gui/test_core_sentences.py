@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from inspector.bundled import FLIPPED, SAMPLE
-from inspector.language import catalogue, of_core, tr, use_language
+from inspector.language import catalogue, tr, translate_core_sentence, use_language
 from tests.gui.untranslated import code_texts, waits
 from tests.tiers import parametrize
 from twistcore import analyse, read_bvh
-from twistcore.analysis.why_not import peaks_without_interval, why_not
+from twistcore.analysis.why_not import why_no_interval_edge, why_peaks_lack_interval
 from twistcore.errors import TwistError
 from twistcore.formats.bvh.reader import parse_bvh
 from twistcore.review import Decide, Decision, LeaveOut, Redetect
@@ -50,9 +50,9 @@ def test_no_reason_has_words_of_english(clip, method, tau):
     found = _analysed(clip).detect(method, tau_degrees=tau)
     frames = range(0, found.analysis.motion.frames, 5)
     for name in found.tau:
-        reasons = [why_not(found, name, frame) for frame in frames]
-        for reason in (*reasons, *peaks_without_interval(found, name)):
-            said = of_core(reason.text)
+        reasons = [why_no_interval_edge(found, name, frame) for frame in frames]
+        for reason in (*reasons, *why_peaks_lack_interval(found, name)):
+            said = translate_core_sentence(reason.text)
             english = _ENGLISH.search(said) and not waits("de", said)
             assert not english, f"{reason.text} -> {said}"
 
@@ -67,22 +67,24 @@ _FORMS = sorted(
 @given(st.sampled_from(_FORMS), st.integers(100, 999))
 def test_a_form_is_found_again_whatever_is_put_in(form, first):
     numbers = [first + k for k in range(10)]
-    entries = dict(catalogue.entries_of_core())
-    assert of_core(form.format(*numbers)) == entries.get(form, form).format(*numbers)
+    entries = dict(catalogue.core_translations())
+    assert translate_core_sentence(form.format(*numbers)) == entries.get(form, form).format(
+        *numbers
+    )
 
 
 def test_what_is_joined_is_translated_part_by_part():
-    assert of_core("a.bvh, line 3, column 7: expected '{' after End Site, found 'x'") == (
-        "a.bvh, Zeile 3, Spalte 7: '{' nach End Site erwartet, 'x' gefunden"
-    )
+    assert translate_core_sentence(
+        "a.bvh, line 3, column 7: expected '{' after End Site, found 'x'"
+    ) == ("a.bvh, Zeile 3, Spalte 7: '{' nach End Site erwartet, 'x' gefunden")
     with pytest.raises(TwistError) as raised:
         parse_bvh(b"", "b.bvh")
-    assert of_core(raised.value) == (
+    assert translate_core_sentence(raised.value) == (
         "b.bvh, Zeile 1, Spalte 1: HIERARCHY erwartet, aber die Datei ist leer"
     )
-    assert of_core("Hips: the bone's direction varies by more than 1°. of my own") == (
-        "Hips: Die Richtung des Knochens schwankt um mehr als 1°. of my own"
-    )
+    assert translate_core_sentence(
+        "Hips: the bone's direction varies by more than 1°. of my own"
+    ) == ("Hips: Die Richtung des Knochens schwankt um mehr als 1°. of my own")
 
 
 @pytest.mark.parametrize(
@@ -110,21 +112,21 @@ def test_what_is_joined_is_translated_part_by_part():
     ids=str,
 )
 def test_what_was_not_examined_has_no_words_of_english(note):
-    said = of_core(str(note))
+    said = translate_core_sentence(str(note))
     assert waits("de", said) or not _ENGLISH.search(said.replace("unter", "")), said
 
 
 def test_a_sentence_that_nobody_knows_stays_and_english_is_as_it_was():
-    assert of_core("so (was: nobody; knows, it).") == "so (was: nobody; knows, it)."
+    assert translate_core_sentence("so (was: nobody; knows, it).") == "so (was: nobody; knows, it)."
     use_language("en")
-    assert of_core("Accept interval") == "Accept interval"
+    assert translate_core_sentence("Accept interval") == "Accept interval"
 
 
 def test_steps_of_the_history_are_said():
     decide = Decide((1, 2), Decision.ACCEPTED)
     by_paper = Redetect({}, (), method="paper")
     steps = decide, Redetect({"LeftArm": 1.0}, ()), by_paper, LeaveOut(())
-    assert [of_core(step.text) for step in steps] == [
+    assert [translate_core_sentence(step.text) for step in steps] == [
         "2 Intervalle annehmen",
         "τ von LeftArm setzen",
         "Mit dem Detektor des Artikels suchen",
@@ -139,7 +141,7 @@ def test_a_text_inside_another_is_found_in_the_code():
 
 
 def test_whose_a_limb_is_stays_and_the_limb_is_translated():
-    assert of_core("Left Arm") == "Oberarm links"
-    assert of_core("B · Left Arm") == "B · Oberarm links"
-    assert of_core("Anna · Left arm · limb").startswith("Anna · Arm links · ")
-    assert of_core("B · Tail") == "B · Tail"
+    assert translate_core_sentence("Left Arm") == "Oberarm links"
+    assert translate_core_sentence("B · Left Arm") == "B · Oberarm links"
+    assert translate_core_sentence("Anna · Left arm · limb").startswith("Anna · Arm links · ")
+    assert translate_core_sentence("B · Tail") == "B · Tail"

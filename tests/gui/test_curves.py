@@ -5,7 +5,11 @@ import pytest
 from PySide6.QtGui import QColor, QImage, QPainter
 
 from inspector.session.opening import analyse_file
-from inspector.timeline.curve_values import degrees_about, thinned, unreliable_spans
+from inspector.timeline.curve_values import (
+    thin_curve_to_pixels,
+    unreliable_spans,
+    wrap_degrees_about,
+)
 from inspector.timeline.regions import Regions
 from inspector.widgets.theme import LIGHT
 from tests.gui.pictures import INJECTED
@@ -50,12 +54,12 @@ def test_signals_after_from_offsets_equal_those_of_the_corrected_motion(open_doc
 
 def test_a_full_turn_is_a_seam_and_a_jump_is_not():
     angle = np.radians([170.0, 179.0, -179.0, -60.0])
-    y, seams = degrees_about(angle, 0.0)
+    y, seams = wrap_degrees_about(angle, 0.0)
     assert seams.tolist() == [1]
-    x, out = thinned(y, seams, 0, 3, 500)
+    x, out = thin_curve_to_pixels(y, seams, 0, 3, 500)
     assert np.isnan(out).sum() == 1
     assert x[np.isnan(out)] == 1.5
-    y, seams = degrees_about(angle, np.pi)
+    y, seams = wrap_degrees_about(angle, np.pi)
     assert not len(seams)
     np.testing.assert_allclose(y, [170.0, 179.0, 181.0, 300.0])
 
@@ -63,13 +67,13 @@ def test_a_full_turn_is_a_seam_and_a_jump_is_not():
 def test_thinning_keeps_extremes_and_short_pieces():
     y = np.full(100_000, np.nan)
     y[50_001:50_004] = [1.0, 9.0, -2.0]
-    x, out = thinned(y, NO_SEAMS, -0.5, 99_999.5, 600)
+    x, out = thin_curve_to_pixels(y, NO_SEAMS, -0.5, 99_999.5, 600)
     assert len(x) < 1300
     assert np.nanmax(out) == 9.0
     assert np.nanmin(out) == -2.0
     rng = np.random.default_rng(1)
     noise = rng.normal(size=10_000)
-    _, out = thinned(noise, NO_SEAMS, -0.5, 9_999.5, 600)
+    _, out = thin_curve_to_pixels(noise, NO_SEAMS, -0.5, 9_999.5, 600)
     assert out.max() == noise.max()
     assert out.min() == noise.min()
 

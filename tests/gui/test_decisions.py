@@ -15,7 +15,7 @@ from inspector.window import look_through
 from tests.conftest import ASSETS
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, decisions, open_clip, press, wait_until_active
-from twistcore.review import Annotate, Decision, recover
+from twistcore.review import Annotate, Decision, replay_journal
 
 ONE_WINDOW = True
 SERIES = 13  # errors in the second group of the clip
@@ -68,7 +68,7 @@ def test_a_rejection_with_a_reason_is_undone_by_one_key(qtbot, show):
     press(qtbot, window, KEY.Key_Y, CTRL)
     assert document.found(first) == judged
     (journal,) = journals(session_path(document.data.clip.path))
-    assert recover(journal, document.data.clip).review.state.find(first).reason == REASON
+    assert replay_journal(journal, document.data.clip).review.state.find(first).reason == REASON
 
 
 def test_the_reason_of_a_group_is_the_reason_of_all_its_errors(qtbot, show):

@@ -44,7 +44,7 @@ OWN = {"File": (row("open"), None, row("close")), "Help": (row("about"),)}
 def test_rows_come_directly_after_the_one_they_name(monkeypatch):
     new = feature(MenuRows("File", (None, row("first"), row("second")), after="open"))
     monkeypatch.setattr(features, "FEATURES", (new,))
-    menus = features.joined(OWN)
+    menus = features.insert_feature_rows(OWN)
     assert ids(menus["File"]) == ["open", None, "first", "second", None, "close"]
     assert ids(OWN["File"]) == ["open", None, "close"]
 
@@ -52,7 +52,7 @@ def test_rows_come_directly_after_the_one_they_name(monkeypatch):
 def test_without_a_place_rows_come_last_and_a_new_menu_before_the_help(monkeypatch):
     new = feature(MenuRows("File", (row("last"),)), MenuRows("Extra", (row("own"),)))
     monkeypatch.setattr(features, "FEATURES", (new,))
-    menus = features.joined(OWN)
+    menus = features.insert_feature_rows(OWN)
     assert list(menus) == ["File", "Extra", "Help"]
     assert ids(menus["File"])[-1] == "last"
 
@@ -62,7 +62,7 @@ def test_rows_after_one_that_does_not_exist_are_an_error(monkeypatch):
         features, "FEATURES", (feature(MenuRows("File", (row("x"),), after="none")),)
     )
     with pytest.raises(ValueError, match="none"):
-        features.joined(OWN)
+        features.insert_feature_rows(OWN)
 
 
 def test_a_panel_comes_directly_before_the_one_it_names(monkeypatch):

@@ -14,7 +14,7 @@ from inspector.recording.choice import Contents, Paper, RecordChoice, Shot
 from inspector.recording.page_layout import part_rectangles
 from inspector.recording.sheet import Sheet, SheetPicture, SheetShape, Words
 from inspector.recording.stage import WHITE, Shown, Stage
-from inspector.teaching.equation_table import typeset_texts
+from inspector.teaching.equation_table import teaching_tab_formulas
 from inspector.timeline.title_lines import title_lines
 from inspector.widgets.theme import DARK, figures_font
 from tests.gui.windows import act
@@ -321,7 +321,7 @@ def test_equations_are_typeset_first_where_a_lesson_has_set_its_own(qtbot, at_fo
     contents = Contents(view=False, curves=False, equations=True)
     at_forearm.record_actions.record(RecordChoice(path, size=(600, 0), contents=contents))
     qtbot.waitUntil(path.exists, timeout=30_000)
-    assert typesetter.has(typeset_texts())
+    assert typesetter.has(teaching_tab_formulas())
     assert path.read_text().count("<path") > 60
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QRectF
 
-from inspector.panels.first_look_picture import fitted
+from inspector.panels.first_look_picture import fit_bones_to_rectangle
 from inspector.session.first_look import first_look
 from tests.conftest import ASSETS
 from tests.gui.windows import act
@@ -97,7 +97,7 @@ def test_the_figure_stands_upright_and_has_every_bone():
 @pytest.mark.parametrize("size", [(400, 300), (120, 500)])
 def test_the_figure_fits_its_room(size):
     bones = np.random.default_rng(1).normal(size=(20, 2, 2))
-    placed = fitted(bones, QRectF(10.0, 20.0, *size)).reshape(-1, 2)
+    placed = fit_bones_to_rectangle(bones, QRectF(10.0, 20.0, *size)).reshape(-1, 2)
     assert (placed >= [10.0, 20.0]).all()
     assert (placed <= [10.0 + size[0], 20.0 + size[1]]).all()
     top = bones.reshape(-1, 2)[:, 1].argmax()

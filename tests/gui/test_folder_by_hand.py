@@ -8,9 +8,9 @@ import pytest
 from tests.conftest import ASSETS
 from tests.gui.real_screen import needs_real_screen, real_screen, wait_until, watched
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip import rewritten
+from twistcore.formats.clip import patch_clip
 from twistcore.skeleton.chain import find_chains
-from twistcore.synthesis import draw_errors, generator, inject
+from twistcore.synthesis import clip_random_generator, draw_errors, inject
 
 pytestmark = pytest.mark.thorough
 
@@ -26,9 +26,9 @@ NAME = "window.document.data.clip.path.name"
 def put_errors(path, chains_hit):
     clip = read_bvh(ASSETS / "walk.bvh")
     chains = find_chains(clip.motion)
-    errors = draw_errors(clip.motion, chains[:chains_hit], generator(1, path.name))
+    errors = draw_errors(clip.motion, chains[:chains_hit], clip_random_generator(1, path.name))
     dirty = inject(clip.motion, chains, errors)
-    path.write_bytes(rewritten(clip, dirty).data)
+    path.write_bytes(patch_clip(clip, dirty).data)
 
 
 @pytest.fixture

@@ -6,15 +6,15 @@ from PySide6.QtCore import QEvent, QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QColor, QImage, QMouseEvent
 from PySide6.QtWidgets import QApplication
 
-from inspector.teaching.gizmo_shapes import CLEAR, sketch
-from inspector.teaching.symbols import colour
+from inspector.teaching.gizmo_shapes import CLEAR, sketch_gizmo
+from inspector.teaching.symbols import symbol_family_colour
 from inspector.widgets.theme import DARK, LIGHT
 from tests.gui.pictures import grabbed, near
 from twistcore.analysis.decomposition import WhatIf, decompose
 
 
 def test_the_gizmo_comes_and_goes_with_the_tab(qtbot, taught):
-    inks = [colour(family, DARK) for family in ("swing", "twist", "azimuth")]
+    inks = [symbol_family_colour(family, DARK) for family in ("swing", "twist", "azimuth")]
     with_it = grabbed(qtbot, taught.viewport)
     assert min(near(with_it, ink) for ink in inks) > 40
     taught.docks["intervals"].raise_()
@@ -89,7 +89,7 @@ def test_lines_lie_where_the_vectors_say(taught):
     for frame in (1, 90, 206):
         d = decompose(data.motion, chain, frame)
         parent, child = (data.positions[frame, j] for j in (chain.parent, chain.child))
-        shapes = sketch(d, data.rotations[frame, chain.parent], parent, child, 0.0, 0.1)
+        shapes = sketch_gizmo(d, data.rotations[frame, chain.parent], parent, child, 0.0, 0.1)
         first = {}
         for part in shapes.parts:
             first.setdefault((part.symbol, part.look), part.points)
@@ -114,7 +114,7 @@ def test_frames_only_move_the_points(taught):
         for what_if in (WhatIf(), WhatIf(swing=np.pi, bend=0.0), WhatIf(swing=0.0)):
             d = decompose(data.motion, chain, frame, what_if)
             places = (data.positions[frame, j] for j in (chain.parent, chain.child))
-            whole = sketch(d, data.rotations[frame, chain.parent], *places, 0.2, 0.1)
+            whole = sketch_gizmo(d, data.rotations[frame, chain.parent], *places, 0.2, 0.1)
             assert all(np.isfinite(p.points).all() for p in whole.parts)
             shapes.append([(p.symbol, p.look, len(p.points)) for p in whole.parts])
     assert all(s == shapes[0] for s in shapes)
@@ -178,15 +178,15 @@ def test_a_click_on_a_symbol_lights_it_in_3d_and_in_the_plot(qtbot, taught):
     taught.teaching.scroll_area.ensureWidgetVisible(button)
     pane = taught.timeline.panes["theta"]
     width = pane.curves["p_after"].pen.widthF()
-    other = near(grabbed(qtbot, taught.viewport), colour("swing", DARK))
+    other = near(grabbed(qtbot, taught.viewport), symbol_family_colour("swing", DARK))
     qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
     assert taught.taught.lit == "theta_p"
     assert button.isChecked()
     assert pane.curves["p_after"].pen.widthF() > 2 * width
     assert pane.curves["c_after"].pen.widthF() == width
     lit = grabbed(qtbot, taught.viewport)
-    assert near(lit, colour("twist", DARK)) > 40
-    assert near(lit, colour("swing", DARK)) < 0.3 * other
+    assert near(lit, symbol_family_colour("twist", DARK)) > 40
+    assert near(lit, symbol_family_colour("swing", DARK)) < 0.3 * other
     qtbot.mouseClick(button, Qt.MouseButton.LeftButton)
     assert taught.taught.lit == ""
     assert pane.curves["p_after"].pen.widthF() == width
@@ -197,7 +197,7 @@ def test_side_by_side_split_and_close_with_the_gizmo(qtbot, taught):
     taught.actions_by_id["side_by_side"].trigger()
     taught.taught.set_what_if(WhatIf(twist=1.0))
     halves = np.array_split(grabbed(qtbot, taught.viewport), 2, axis=1)
-    ink = colour("twist", DARK)
+    ink = symbol_family_colour("twist", DARK)
     assert near(halves[1], ink) > 30 > near(halves[0], ink)
     taught.actions_by_id["side_by_side"].trigger()
     assert near(grabbed(qtbot, taught.viewport), ink) > 30

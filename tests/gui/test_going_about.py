@@ -9,7 +9,7 @@ from tests.gui.pictures import INJECTED
 from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
-from twistcore.review import Decide, Decision, recover, session_bytes
+from twistcore.review import Decide, Decision, replay_journal, session_bytes
 from twistcore.skeleton.chain import find_chains
 
 
@@ -91,7 +91,7 @@ def test_a_name_given_after_a_save_and_undone_steps_is_in_the_journal(open_docum
     a, b, c = (j.id for j in document.intervals[:3])
 
     def in_journal():
-        found = recover(keeper.journal.path).review.state
+        found = replay_journal(keeper.journal.path).review.state
         return session_bytes(document.data.clip, found)
 
     def now():

@@ -14,7 +14,7 @@ from tests.hostile_texts import HTML, hostile_clip, hostile_texts
 from tests.twistcore.made_records import failed, record_of
 from twistcore import read_clip
 from twistcore.analysis.clip_analysis import detect
-from twistcore.batch.gates import Broken, parse_rule
+from twistcore.batch.gates import Broken, parse_batch_rule
 from twistcore.report.clip_report import write_clip_report
 from twistcore.report.document import Report
 from twistcore.report.folder_report import write_folder_report
@@ -82,7 +82,7 @@ def test_a_report_of_a_folder(started, tmp_path):
     ]
     report = write_folder_report(
         tmp_path, tmp_path / "report", records=records, pictures=False,
-        broken=[Broken(parse_rule("severity>5"), HTML[0], 26.4)],
+        broken=[Broken(parse_batch_rule("severity>5"), HTML[0], 26.4)],
     )  # fmt: skip
     check(started, report.index, "<s>")
     pages = sorted((tmp_path / "report" / "clips").rglob("*.html"))

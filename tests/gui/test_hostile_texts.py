@@ -23,13 +23,19 @@ from PySide6.QtWidgets import (
 )
 
 from inspector.language import tr, use_language
-from inspector.widgets.labels import as_entry, as_rich, as_tip, bold, plain_text
+from inspector.widgets.labels import (
+    bold,
+    escape_menu_text,
+    escape_tool_tip_text,
+    plain_text,
+    plain_to_rich_text,
+)
 from tests.gui.pictures import INJECTED
 from tests.gui.said_texts import Said
 from tests.gui.windows import act, open_clip
 from tests.hostile_texts import as_file_name, hostile_clip, hostile_texts, shares
 from tests.tiers import parametrize
-from twistcore.files.encoding import legible
+from twistcore.files.encoding import escape_control_characters
 from twistcore.review import Annotate
 from twistcore.tuning import Tuned, write_profile
 
@@ -226,7 +232,7 @@ def test_nothing_that_is_written_is_obeyed(qtbot, window, tmp_path, trap, begin)
     qtbot.waitUntil(lambda: not window.document.opener.busy)
     qtbot.wait(50)
     look.look("a message", window)
-    window.bar.ask(tr("{clip} has unsaved decisions.", clip=name), [(as_entry(name), int)])
+    window.bar.ask(tr("{clip} has unsaved decisions.", clip=name), [(escape_menu_text(name), int)])
     look.look("a question", window)
     window.bar.clear()
     window.open_path(folder)
@@ -236,7 +242,11 @@ def test_nothing_that_is_written_is_obeyed(qtbot, window, tmp_path, trap, begin)
     assert "\n".join(f"{where}: {text!r}" for where, text in look.wrong.items()) == ""
     assert len(look.places) > 50
     seen = "\n".join(look.texts).replace("\u2060", "")
-    met = [n for n in names if legible(n)[:30] in seen or as_rich(n)[:30] in seen]
+    met = [
+        n
+        for n in names
+        if escape_control_characters(n)[:30] in seen or plain_to_rich_text(n)[:30] in seen
+    ]
     assert len(met) > 20, "hostile texts were not met"
     print(f"{len(look.texts)} texts at {len(look.places)} places")
 
@@ -263,14 +273,14 @@ def test_a_note_longer_than_its_line_is_kept(opened):
 @parametrize("text", hostile_texts("/hostile-trap"), quick=16)
 def test_each_way_to_show_a_text_shows_it(qapp, text):
     """As a tool tip, in rich text, in a menu, in a sentence."""
-    tip = as_tip(text)
+    tip = escape_tool_tip_text(text)
     assert not Qt.mightBeRichText(tip)
     if not OBEYED.search(text) and not any("\ud800" <= c <= "\udfff" for c in text):
         shown = tip.replace("\u2060", "")
         assert shown == text or (shown[-1] == "…" and text.startswith(shown[:-1]))
         words = plain_text(bold(text))
         assert words.split() == text.split() or text.startswith(words[:-1])
-    assert as_entry(text).replace("&&", "").count("&") == 0
+    assert escape_menu_text(text).replace("&&", "").count("&") == 0
     for language in ("en", "de"):
         use_language(language)
         told = tr("{clip} has unsaved decisions.", clip=text)

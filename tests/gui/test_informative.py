@@ -14,7 +14,11 @@ from tests.gui.windows import act
 from twistcore.analysis.clip_analysis import detect
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decide, Decision, Review, write_session
-from twistcore.tuning.stated_precision import corrections_in, informative_order, verdicts_on
+from twistcore.tuning.stated_precision import (
+    corrections_with_confidence,
+    representative_judging_order,
+    verdicts_on,
+)
 
 
 def test_the_next_informative_interval_is_opened_in_any_clip(qtbot, show_window, tmp_path):
@@ -26,7 +30,7 @@ def test_the_next_informative_interval_is_opened_in_any_clip(qtbot, show_window,
     assert len(clips) == 2
     by_clip = [c for p in sorted(clips) for c in window.queue.clips[p].automatic]
     confidence = [c.confidence for c in by_clip]
-    wanted = [by_clip[k] for k in informative_order(confidence)]
+    wanted = [by_clip[k] for k in representative_judging_order(confidence)]
     assert [one.correction for one in informative.ordered] == wanted
 
     seen = []
@@ -69,7 +73,7 @@ def test_verdicts_do_not_move_to_other_corrections_after_a_new_analysis(tmp_path
     review = Review(found)
     review.do(Decide((1,), Decision.ACCEPTED, "Ada", "2026-11-01T09:00:00+00:00"))
     write_session(clip, review, session_path(clip.path))
-    every = corrections_in(found)
+    every = corrections_with_confidence(found)
     known = {}
     for automatic in (every, every[1:], every[::-1]):
         clips = [QueuedClip(clip.path, automatic=automatic)]

@@ -13,9 +13,9 @@ from inspector.panels.chains_panel import ChainsPanel
 from inspector.panels.interval_columns import COLUMNS, PLACE, columns_that_fit
 from inspector.panels.interval_filter import IntervalFilter
 from inspector.panels.intervals_panel import IntervalsPanel
-from inspector.panels.rig_names import joints_of, own_joints
+from inspector.panels.rig_names import chain_joint_names, joint_names_unlike_label
 from inspector.session.settings import Settings
-from inspector.widgets.signed_numbers import SignedBox, plain, signed
+from inspector.widgets.signed_numbers import SignedBox, format_number, format_signed_number
 from inspector.widgets.theme import LIGHT, Colours
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, open_clip
@@ -35,8 +35,8 @@ from twistcore.review import Annotate, Decide, Decision, Judged
     ],
 )
 def test_a_number_has_a_real_minus_and_a_zero_no_sign(value, digits, with_sign, without):
-    assert signed(value, digits) == with_sign
-    assert plain(value, digits) == without
+    assert format_signed_number(value, digits) == with_sign
+    assert format_number(value, digits) == without
 
 
 def test_a_box_shows_a_minus_and_takes_either(qtbot):
@@ -56,14 +56,14 @@ def test_a_box_shows_a_minus_and_takes_either(qtbot):
 def test_names_of_the_file_are_told_where_they_say_something_else(analysed):
     skeleton, limb = analysed.motion.skeleton, analysed.chains_and_limbs[-1]
     arm = next(c for c in analysed.chains if c.name == "LeftForeArm")
-    assert joints_of(arm, skeleton) == "LeftForeArm → LeftHand"
-    assert joints_of(limb, skeleton).count(" → ") == 2
-    assert own_joints(arm, skeleton) == ""
+    assert chain_joint_names(arm, skeleton) == "LeftForeArm → LeftHand"
+    assert chain_joint_names(limb, skeleton).count(" → ") == 2
+    assert joint_names_unlike_label(arm, skeleton) == ""
     for prefix, told in (("mixamorig:", False), ("x", False)):
         names = tuple(f"{prefix}{name}" for name in skeleton.names)
-        assert bool(own_joints(arm, replace(skeleton, names=names))) == told
+        assert bool(joint_names_unlike_label(arm, replace(skeleton, names=names))) == told
     names = tuple({"LeftForeArm": "lradius"}.get(n, n) for n in skeleton.names)
-    assert own_joints(arm, replace(skeleton, names=names)) == "lradius → LeftHand"
+    assert joint_names_unlike_label(arm, replace(skeleton, names=names)) == "lradius → LeftHand"
 
 
 def judged(**changes):

@@ -10,10 +10,10 @@ from tests.conftest import ASSETS
 from tests.gui.windows import act, wait_until_active
 from twistcore.cli import main as twistcore
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip import rewritten
+from twistcore.formats.clip import patch_clip
 from twistcore.review import Decision
 from twistcore.skeleton.chain import find_chains
-from twistcore.synthesis import draw_errors, generator, inject
+from twistcore.synthesis import clip_random_generator, draw_errors, inject
 
 pytestmark = pytest.mark.thorough
 
@@ -24,10 +24,10 @@ def injected(folder, name):
     """A sample with two to five errors in each of six chains."""
     clip = read_bvh(ASSETS / f"{name}.bvh")
     chains = find_chains(clip.motion)
-    errors = draw_errors(clip.motion, chains[::2] + chains[9:], generator(3, name))
+    errors = draw_errors(clip.motion, chains[::2] + chains[9:], clip_random_generator(3, name))
     dirty = inject(clip.motion, chains, errors)
     path = folder / f"{name}.bvh"
-    path.write_bytes(rewritten(clip, dirty).data)
+    path.write_bytes(patch_clip(clip, dirty).data)
     return path
 
 

@@ -14,7 +14,14 @@ from pathlib import Path
 
 import pytest
 
-from inspector.language import codes, language_to_use, of_core, plural, tr, use_language
+from inspector.language import (
+    language_codes,
+    language_to_use,
+    plural,
+    tr,
+    translate_core_sentence,
+    use_language,
+)
 from tests.conftest import ASSETS
 from tests.gui import forked, untranslated
 from tests.gui.untranslated import assert_translated, code_texts, waits
@@ -23,7 +30,7 @@ from twistcore.skeleton.chain import find_chains
 
 ROOT = Path(__file__).parents[2]
 SCRIPT = Path(__file__).with_name("said_texts.py")
-OTHERS = [code for code in codes() if code != "en"]
+OTHERS = [code for code in language_codes() if code != "en"]
 # Words that are the same in German, or nobody translates: names, units, terms of the field.
 SAME = set(
     re.findall(
@@ -159,7 +166,10 @@ def test_english_stands_where_a_language_has_nothing(german):
     assert tr("Nobody ever says this.") == "Nobody ever says this."
     assert plural("{n} interval", "{n} intervals", 1) == "1 Intervall"
     assert plural("{n} interval", "{n} intervals", 3) == "3 Intervalle"
-    assert of_core("Nobody says this about 3 frames.") == "Nobody says this about 3 frames."
+    assert (
+        translate_core_sentence("Nobody says this about 3 frames.")
+        == "Nobody says this about 3 frames."
+    )
 
 
 @pytest.mark.usefixtures("german")

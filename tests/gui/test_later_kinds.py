@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import Qt
 
-from inspector.language import of_core, use_language
+from inspector.language import translate_core_sentence, use_language
 from inspector.panels.interval_filter import FILTERS
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, close_window, open_clip
@@ -74,9 +74,12 @@ def test_it_is_shown_kept_and_never_corrected(qtbot, window, session):
 def test_kinds_have_their_words_in_the_list_and_the_filter():
     labels = [name for name in FILTERS if name in {kind.info.label for kind in Kind}]
     assert labels == [kind.info.label for kind in Kind]
-    assert [of_core(kind) for kind in (Kind.LIMB_FLIP, Kind(LATER))] == ["limb flip", LATER]
+    assert [translate_core_sentence(kind) for kind in (Kind.LIMB_FLIP, Kind(LATER))] == [
+        "limb flip",
+        LATER,
+    ]
     use_language("de")
     try:
-        assert of_core(Kind.LONE_JUMP) != "lone jump"
+        assert translate_core_sentence(Kind.LONE_JUMP) != "lone jump"
     finally:
         use_language("en")

@@ -9,7 +9,7 @@ import pytest
 from PySide6.QtCore import QRect
 
 from inspector.bundled import SAMPLE
-from inspector.window.usual_layout import clear_of
+from inspector.window.usual_layout import move_clear_of_rectangle
 from tests.gui.real_screen import needs_real_screen, real_screen, watched
 
 SIZES = (
@@ -38,7 +38,7 @@ def overlap(a, b):
 )
 def test_a_panel_moves_the_shortest_way_or_stays(taken, wanted):
     room = QRect(0, 0, 200, 200)
-    place = clear_of(QRect(40, 40, 20, 20), QRect(*taken), room)
+    place = move_clear_of_rectangle(QRect(40, 40, 20, 20), QRect(*taken), room)
     assert place.topLeft().toTuple() == wanted
     assert place.size() == QRect(0, 0, 20, 20).size()
 

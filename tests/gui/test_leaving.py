@@ -41,7 +41,7 @@ def full_disk(monkeypatch):
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patch:
-        patch.setattr(keeper, "write_known", refuse)
+        patch.setattr(keeper, "write_session_with_backup", refuse)
         yield patch
 
 

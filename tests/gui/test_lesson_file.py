@@ -9,8 +9,8 @@ import pytest
 from inspector.bundled import ASSETS, DOCS, LESSONS, SAMPLE
 from inspector.lessons.lesson_conditions import CONDITIONS, Condition, read_conditions
 from inspector.lessons.lesson_file import KEYS, read_lesson
-from inspector.lessons.lesson_place import FIELDS, Camera, LessonPlace, settings
-from inspector.lessons.page_in_clip import chain_of
+from inspector.lessons.lesson_place import FIELDS, Camera, LessonPlace, lesson_place_settings
+from inspector.lessons.page_in_clip import lesson_page_chain
 from inspector.session.opening import analyse_clip
 from inspector.teaching.symbols import SYMBOLS
 from inspector.teaching.taught_frame import TaughtFrame
@@ -203,7 +203,7 @@ def test_what_has_no_place_in_the_clip_is_told_with_its_line(tmp_path, wrong, ex
     text = re.sub(f"{key}: .*", wrong, LESSON, count=1)
     lesson, data = read_lesson(written(tmp_path, text)), analyse_clip(read_bvh(SAMPLE))
     with pytest.raises(FormatError, match=expected):
-        chain_of(lesson, lesson.pages[0], data)
+        lesson_page_chain(lesson, lesson.pages[0], data)
 
 
 def test_what_a_page_has_from_the_one_before_is_told_at_its_heading(tmp_path):
@@ -211,9 +211,9 @@ def test_what_a_page_has_from_the_one_before_is_told_at_its_heading(tmp_path):
     last = kick.motion.frames - 1
     assert last < 340  # else the frame lies in both clips
     lesson = read_lesson(written(tmp_path, LESSON.replace("frame: 90", "frame: 340")))
-    chain_of(lesson, lesson.pages[0], analyse_clip(read_bvh(SAMPLE)))
+    lesson_page_chain(lesson, lesson.pages[0], analyse_clip(read_bvh(SAMPLE)))
     with pytest.raises(FormatError, match=rf"line 26: .*kick.bvh.* {last}"):
-        chain_of(lesson, lesson.pages[1], analyse_clip(kick))
+        lesson_page_chain(lesson, lesson.pages[1], analyse_clip(kick))
 
 
 def test_the_ranges_are_those_of_the_sliders(tmp_path, qtbot, open_document):
@@ -273,7 +273,7 @@ def test_what_is_no_lesson_is_told(tmp_path, content):
     ],
 )  # fmt: skip
 def test_a_place_that_is_written_is_read_again(tmp_path, place):
-    block = settings(place)
+    block = lesson_place_settings(place)
     (page,) = read_lesson(written(tmp_path, f"{HEAD}# Page\n\n{block}\n")).pages
     again = page.place
     assert replace(again, what_if=WhatIf(), camera=None) == replace(

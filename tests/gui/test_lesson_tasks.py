@@ -7,7 +7,7 @@ from PySide6.QtGui import QFontInfo
 
 from inspector.bundled import LESSONS
 from inspector.lessons.lesson_file import read_lesson
-from inspector.lessons.page_in_clip import chain_of
+from inspector.lessons.page_in_clip import lesson_page_chain
 from inspector.session.opening import analyse_clip
 from tests.conftest import ASSETS
 from tests.gui.test_tour import play
@@ -89,7 +89,7 @@ def test_what_the_clip_cannot_give_is_refused(tmp_path, done, expected):
     path = lesson(tmp_path, done, chain="LeftUpLeg-LeftFoot")
     read, data = read_lesson(path), analyse_clip(read_bvh(ASSETS / "walk_injected.bvh"))
     with pytest.raises(FormatError, match=rf"line 15: expected {expected}"):
-        chain_of(read, read.pages[0], data)
+        lesson_page_chain(read, read.pages[0], data)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from inspector.panels import detail_card
 from inspector.session.export_files import ExportChoice
 from inspector.session.session_files import journals, session_path
 from inspector.tuning.tuning_panel import Scope
-from inspector.widgets.axes import root_scale
+from inspector.widgets.axes import degrees_to_root_scale
 from inspector.window.export_dialog import ExportDialog
 from tests.conftest import ASSETS
 from tests.gui.test_plots import drag, spot
@@ -30,7 +30,7 @@ from twistcore.review import (
     Journal,
     Review,
     read_session,
-    recover,
+    replay_journal,
     write_session,
 )
 from twistcore.review.model import constant_interval
@@ -125,9 +125,9 @@ def test_curves_of_a_limb_follow_its_decisions(opened):
     again = swivel.angle_at(*limb_positions(refined, document.find_chain(LEG)))
     assert np.abs(wrap(again - np.radians(now)))[bent].max() < 1e-9
     assert np.allclose(values(opened, "height", "height"), 100.0 * swivel.height)
-    jumps = root_scale(np.degrees(np.abs(document.limb.departures)))
+    jumps = degrees_to_root_scale(np.degrees(np.abs(document.limb.departures)))
     assert np.allclose(values(opened, "strength", "strength"), jumps)
-    assert np.nanmax(values(opened, "strength", "after")) < root_scale(20.0)
+    assert np.nanmax(values(opened, "strength", "after")) < degrees_to_root_scale(20.0)
     document.decide(Decision.REJECTED, tuple(j.id for j in document.intervals))
     opened.timeline.refresh()
     assert np.allclose(wrap(np.radians(values(opened, "theta", "p_after")) - swivel.angle), 0.0)
@@ -332,7 +332,7 @@ def test_a_journal_from_before_is_restored_with_the_flips(kick, start):
     first.tell(f"accept {at}")
     (left,) = journals(session_path(kick))
     first.kill()
-    assert recover(left).review.state.tau.keys() > state.tau.keys()
+    assert replay_journal(left).review.state.tau.keys() > state.tau.keys()
     second = start(kick)
     second.tell("press Restore")
     assert second.answer["decisions"] == [*restored[:at], "accepted", *restored[at + 1 :]]

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QToolTip
 from inspector.bundled import FLIPPED
 from inspector.session.open_clip import Show
 from inspector.viewport.bone_colours import Role
-from inspector.viewport.limb_circle import LEAST_RADIUS, circle_of, limb_bones
+from inspector.viewport.limb_circle import LEAST_RADIUS, find_limb_circle, limb_bones
 from inspector.widgets.theme import DARK, LIGHT
 from tests.gui.pictures import changed, picture, settle
 from tests.gui.windows import act, open_clip
@@ -182,9 +182,9 @@ def test_a_straight_limb_has_no_circle_and_the_legend_says_so(qtbot, document, s
 def test_a_folded_limb_has_no_circle(document):
     limb = document.find_chain(LEG)
     positions = document.pose(FRAME, after=False)[1].copy()
-    assert circle_of(limb, positions) is not None
+    assert find_limb_circle(limb, positions) is not None
     positions[limb.end] = positions[limb.parent]
-    assert circle_of(limb, positions) is None
+    assert find_limb_circle(limb, positions) is None
 
 
 @pytest.mark.thorough
@@ -211,7 +211,7 @@ def test_the_camera_sees_the_circle_open_and_the_knee_at_its_side(document, show
     view, limb = show_view(document), document.find_chain(LEG)
     document.go_to(frame)
     view.focus_chain()
-    circle = circle_of(limb, document.pose(frame, after=False)[1])
+    circle = find_limb_circle(limb, document.pose(frame, after=False)[1])
     assert 0.15 < abs(view.camera.direction @ circle.axis) < 0.85
     knees = np.stack([document.pose(frame, after=a)[1][limb.child] for a in (False, True)])
     seen, _ = view.camera.project(knees, view.width(), view.height())

@@ -5,12 +5,12 @@ import shutil
 import pytest
 
 from inspector.session.export_files import ExportChoice
-from inspector.session.session_files import journals, refuge_path
+from inspector.session.session_files import fallback_session_path, journals
 from inspector.session.settings import Settings
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import export, open_clip
 from tests.tiers import parametrize
-from twistcore.review import Decision, read_session, recover
+from twistcore.review import Decision, read_session, replay_journal
 
 pytestmark = pytest.mark.thorough
 
@@ -26,11 +26,11 @@ def test_a_review_of_it_is_kept_and_an_export_beside_it_is_told(qtbot, show_wind
     open_clip(qtbot, window, clip)
     assert window.bar.label.text()
     window.document.decide(Decision.ACCEPTED, [window.document.intervals[0].id])
-    assert recover(window.document.keeper.journal.path).steps == 1
+    assert replay_journal(window.document.keeper.journal.path).steps == 1
     assert window.files.save_session()
     assert "The session was saved as" in window.bar.label.text()
-    assert len(read_session(refuge_path(clip)).state.chosen()) == 1
-    assert not journals(refuge_path(clip))
+    assert len(read_session(fallback_session_path(clip)).state.chosen()) == 1
+    assert not journals(fallback_session_path(clip))
     if len(name) == 126:
         export(window, ExportChoice(folder / f"{name}.refined.bvh"))
         assert "File name too long" in window.bar.label.text()

@@ -15,12 +15,12 @@ import twistcore as tc
 from inspector.app import make_application
 from inspector.panels.position_line import FrameLine
 from inspector.session.settings import Settings
-from inspector.teaching.symbols import SYMBOLS, colour
+from inspector.teaching.symbols import SYMBOLS, symbol_family_colour
 from inspector.widgets import theme as themes
 from inspector.widgets.keyed_list import KeyedList
 from inspector.widgets.late_panel import LatePanel
 from inspector.widgets.message_bar import MessageBar
-from inspector.widgets.signed_numbers import signed
+from inspector.widgets.signed_numbers import format_signed_number
 from inspector.widgets.theme import DARK, LIGHT
 from inspector.window.keyboard_page import KeyboardPage
 from tests.conftest import ASSETS
@@ -245,7 +245,7 @@ def test_a_lone_jump_says_how_far_it_goes(qtbot, window_for_clips, tmp_path):
     jump = next(j for j in window.document.intervals if j.interval.kind == Kind.LONE_JUMP)
     window.document.select_interval(jump.id, jump=True)
     legend = window.viewport.overlays.legend
-    size = signed(float(np.degrees(jump.interval.residual)))
+    size = format_signed_number(float(np.degrees(jump.interval.residual)))
     qtbot.waitUntil(lambda: f"jumps by {size}°" in legend.text().replace("&nbsp;", " "))
     window.document.go_to(jump.interval.stop)
     qtbot.waitUntil(lambda: "jumps" not in legend.text())
@@ -349,7 +349,7 @@ def colours(widget):
 
 
 def symbol_colours(theme):
-    return {colour(symbol.family, theme) for symbol in SYMBOLS.values()}
+    return {symbol_family_colour(symbol.family, theme) for symbol in SYMBOLS.values()}
 
 
 @pytest.mark.thorough

@@ -13,7 +13,7 @@ from inspector.panels.interval_rows import GroupRow
 from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.session.settings import Settings
 from inspector.teaching.section_head import SectionHead
-from inspector.widgets.labels import Headline, as_rich, bold
+from inspector.widgets.labels import Headline, bold, plain_to_rich_text
 from inspector.widgets.text_forms import form_that_fits
 from inspector.widgets.theme import LIGHT, Colours
 from tests.conftest import ASSETS
@@ -227,7 +227,9 @@ def test_the_title_of_the_teaching_tab_is_whole(qtbot, narrow, tmp_path):
     qtbot.waitUntil(lambda: panel.title.width() >= panel.title.least_width)
     assert all(button.isVisible() for button in panel._buttons)
     whole = panel.title.text()
-    panel.title.set_forms(as_rich("a chain with a name that is longer " + 8 * "and longer "))
+    panel.title.set_forms(
+        plain_to_rich_text("a chain with a name that is longer " + 8 * "and longer ")
+    )
     panel._make_room_for_title()
     assert not any(button.isVisible() for button in panel._buttons)
     panel.title.set_forms(whole)

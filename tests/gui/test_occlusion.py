@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from inspector.viewport.limb_side import limb_side
+from inspector.viewport.limb_side import best_limb_error_view
 from inspector.viewport.occlusion import Occluders
 from inspector.viewport.scene import find_bones
 from tests.gui.pictures import INJECTED
@@ -46,7 +46,7 @@ def test_the_chosen_view_shows_the_limb(name):
     for frame in range(0, len(positions), 15):
         pose = rotations[frame], positions[frame]
         facing = heading(pose[1], chains, up)
-        side = limb_side(
+        side = best_limb_error_view(
             chain, bones, pose, pose, facing, up, skeleton=motion.skeleton, height=height
         )
         ends = pose[1][parents] + rotate(pose[0][parents], tips)

@@ -10,7 +10,7 @@ from inspector.folder.queued_clip import ClipState
 from inspector.session.settings import Settings
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import open_clip
-from twistcore.review import Decision, read_session, recover
+from twistcore.review import Decision, read_session, replay_journal
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no such files there")
 
@@ -60,7 +60,7 @@ def test_a_review_among_them_is_kept_elsewhere(qtbot, show_window, odd):
     assert window.bar.label.text()
     window.document.decide(Decision.ACCEPTED, [window.document.intervals[0].id])
     journal = window.document.keeper.journal.path
-    assert recover(journal).steps == 1
+    assert replay_journal(journal).steps == 1
     assert window.files.save_session()
     assert str(window.document.keeper.session_file) in window.bar.label.text()
     assert len(read_session(window.document.keeper.session_file).state.chosen()) == 1

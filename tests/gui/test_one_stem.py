@@ -7,13 +7,13 @@ import pytest
 
 from inspector.session.export_files import ExportChoice
 from inspector.session.leftovers import clips_to_restore
-from inspector.session.session_files import kept_sessions, refuge_path
+from inspector.session.session_files import fallback_session_path, find_existing_sessions
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, close_window, decisions, open_clip
 from tests.twistcore.amass_files import write_amass
-from twistcore.export.exported_clips import exports_among
+from twistcore.export.exported_clips import find_exported_clips
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip_files import clips_in
+from twistcore.formats.clip_files import clip_paths_in_folder
 from twistcore.review import Decision
 from twistcore.tuning.folder_sessions import sessions_in
 
@@ -48,7 +48,9 @@ def test_two_clips_of_one_stem_share_neither_session_nor_exports(qtbot, show_win
         *("walk_refined.bvh", *(f"walk_refined.{end}" for end in report)),
         *("walk_refined.npz", *(f"walk_refined.npz.{end}" for end in report)),
     }
-    assert exports_among(clips_in(tmp_path)) == {c.with_stem("walk_refined"): c.name for c in clips}
+    assert find_exported_clips(clip_paths_in_folder(tmp_path)) == {
+        c.with_stem("walk_refined"): c.name for c in clips
+    }
     found = sessions_in(tmp_path).of
     assert {c.name: s.name for c, s in found.items()} == {
         "walk.bvh": "walk.twist.json",
@@ -85,9 +87,13 @@ def test_a_session_of_another_format_is_not_an_earlier_version(qtbot, window, tm
     act(window, "next_interval")
     act(window, "accept")
     assert window.document.keeper.save(tmp_path / "walk.twist.json")[0]
-    (refuge_path(npz).with_name(f"{refuge_path(npz).name[:-11]}.elsewhere.json")).unlink(True)
-    assert kept_sessions(bvh) == []
-    assert kept_sessions(npz) == [tmp_path / "walk.twist.json"]
+    (
+        fallback_session_path(npz).with_name(
+            f"{fallback_session_path(npz).name[:-11]}.elsewhere.json"
+        )
+    ).unlink(True)
+    assert find_existing_sessions(bvh) == []
+    assert find_existing_sessions(npz) == [tmp_path / "walk.twist.json"]
     open_clip(qtbot, window, bvh)
     assert not window.bar.asks
     assert set(decisions(window)) == {Decision.UNDECIDED}

@@ -118,7 +118,7 @@ def test_no_sentence_of_the_page_is_outside_the_catalogues():
 
 
 def test_a_page_is_in_the_language_of_the_program(chosen):
-    lesson = read_lesson(language.in_language(LESSONS / "3-1-definition.md"))
+    lesson = read_lesson(language.translated_page_path(LESSONS / "3-1-definition.md"))
     text = web_page.page_text(lesson)
     assert f'<html lang="{chosen}">' in text
     for said in ("Child counter-twists", "Twist parent", "Reset view", "Back"):

@@ -16,7 +16,7 @@ from PySide6.QtCore import Qt
 from inspector import __main__, app
 from inspector.session.document import Document
 from inspector.session.opening import analyse_file, analyse_session
-from inspector.tuning.cost_worker import Capture, Request, measure
+from inspector.tuning.cost_worker import Capture, Request, measure_cost_curves
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, close_window, decisions, open_clip
 from twistcore import Review, detect, read_clip, read_session, write_session
@@ -293,7 +293,7 @@ def test_what_a_detector_of_a_file_costs_is_measured_by_the_process(clip, monkey
     )  # fmt: skip
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
-    process = context.Process(target=measure, args=(theirs, request))
+    process = context.Process(target=measure_cost_curves, args=(theirs, request))
     process.start()
     theirs.close()
     answers = list(iter(ours.recv, None))
@@ -309,7 +309,9 @@ def test_the_window_takes_the_detector_of_a_file(tmp_path, monkeypatch):
     seen = []
     monkeypatch.setattr(DETECTORS, "_given", {})
     monkeypatch.setattr(__main__, "_missing_for_window", lambda: "")
-    monkeypatch.setattr(app, "run", lambda _: seen.append((*DETECTORS, os.environ[FILE_VARIABLE])))
+    monkeypatch.setattr(
+        app, "run_inspector", lambda _: seen.append((*DETECTORS, os.environ[FILE_VARIABLE]))
+    )
     place = f"{EXAMPLE / 'steps_detector.py'}:StepsDetector"
     monkeypatch.chdir(EXAMPLE)
     __main__.main(["--detector", "steps_detector.py:StepsDetector"])

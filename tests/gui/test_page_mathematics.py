@@ -10,19 +10,19 @@ from PySide6.QtQml import QJSEngine
 from inspector.bundled import ASSETS
 from inspector.session.opening import analyse_clip
 from inspector.teaching.equation_table import SECTIONS
-from inspector.teaching.gizmo_family import MEMBERS, add_family
+from inspector.teaching.gizmo_family import MEMBERS, add_swing_axis_fan
 from inspector.teaching.gizmo_joints import triads
 from inspector.teaching.gizmo_shapes import Sketch
 from inspector.teaching.taught_frame import FrameNumbers
-from inspector.teaching.what_if_words import words
+from inspector.teaching.what_if_words import what_if_comment
 from inspector.viewport.bodies import find_bones
-from inspector.viewport.striped_skin import STATIONS, build_skin, drape
+from inspector.viewport.striped_skin import STATIONS, build_skin, pose_skin
 from twistcore.analysis.decomposition import (
     Decomposition,
     WhatIf,
-    altered,
     correct_frame,
     decompose,
+    motion_of_altered_frame,
 )
 from twistcore.detection.paper import running_offset
 from twistcore.formats.bvh import read_bvh
@@ -161,7 +161,7 @@ def test_two_hundred_frames_and_what_ifs(engine):
         for name in ("swing_is_one", "n_is_defined", "strength_is_defined"):
             assert theirs["of"]["frame"][name] == getattr(mine.frame, name)
         off = mine.correction.whole
-        one = altered(motion, chain, frame, what_if, offset=off, stage=stage)
+        one = motion_of_altered_frame(motion, chain, frame, what_if, offset=off, stage=stage)
         rotations, positions = forward_kinematics(one)
         assert np.abs(theirs["world"]["rotations"] - rotations[0]).max() <= EXACT
         scale = motion.skeleton.height
@@ -197,7 +197,7 @@ def test_rows_and_words_say_what_the_program_says(engine):
                 case = (motion, chain, frame, what_if, before, stage, tau)
                 theirs, mine = called(engine, "compare", json.dumps(told(*case))), numbers_of(*case)
                 assert theirs["said"] == dict(
-                    zip(("text", "role"), words(mine, what_if, stage), strict=True)
+                    zip(("text", "role"), what_if_comment(mine, what_if, stage), strict=True)
                 )
                 said.add(theirs["said"]["text"].split(" ")[0])
                 for row in rows:
@@ -232,7 +232,7 @@ def test_the_skin_is_draped_as_in_the_program(engine):
     for frame in (0, 66, 90):
         pose = {"rotations": rotations[frame].tolist(), "positions": positions[frame].tolist()}
         theirs = called(engine, "draped", json.dumps({"skin": as_json, "pose": pose}))
-        mine = drape(skin, rotations[frame], positions[frame], grown=1.09)
+        mine = pose_skin(skin, rotations[frame], positions[frame], grown=1.09)
         for name, vectors in zip(("points", "normals"), mine, strict=True):
             assert np.reshape(theirs[name], (-1, 3)) == pytest.approx(vectors, abs=1e-9 * 180.0)
 
@@ -247,12 +247,12 @@ def test_the_family_and_the_axes_of_joints_are_drawn_as_in_the_program(engine, w
     case = (motion, chain, 200, what_if, 0.0, None, 0.05)
     theirs = called(engine, "drawn", json.dumps(told(*case)))
     d = numbers_of(*case).frame
-    rotations, positions = forward_kinematics(altered(motion, chain, 200, what_if))
+    rotations, positions = forward_kinematics(motion_of_altered_frame(motion, chain, 200, what_if))
     rotations, positions = rotations[0], positions[0]
     parent, scale = positions[chain.parent], motion.skeleton.height
     unit = float(np.linalg.norm(positions[chain.child] - parent))
     mine = Sketch(unit)
-    add_family(mine, d, rotations[chain.parent], parent)
+    add_swing_axis_fan(mine, d, rotations[chain.parent], parent)
     spokes, _, hands = (part.points.reshape(MEMBERS, -1, 3) for part in mine.parts[:3])
     near = what_if.swing is not None
     seen = [p for p in theirs["parts"] if p["kind"] == "line" and not p.get("colour")]

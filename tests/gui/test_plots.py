@@ -10,7 +10,7 @@ from inspector.session.document import Document
 from inspector.session.opening import analyse_file
 from inspector.timeline.tau_line import set_tau_degrees
 from inspector.timeline.timeline import Timeline
-from inspector.widgets.axes import root_scale
+from inspector.widgets.axes import degrees_to_root_scale
 from inspector.widgets.theme import DARK, LIGHT, Colours
 from tests.gui.pictures import INJECTED
 from twistcore.detection import DETECTORS, Kind
@@ -124,7 +124,7 @@ def test_dragging_the_line_changes_tau_and_intervals_in_one_undo_step(qtbot, tim
     tau = np.degrees(document.review.state.tau[document.chain])
     peak = np.degrees(document.detector.strength(document.chain).max())
     assert tau > 20.0
-    assert timeline.tau_line.value() == pytest.approx(float(root_scale(tau)), abs=0.05)
+    assert timeline.tau_line.value() == pytest.approx(float(degrees_to_root_scale(tau)), abs=0.05)
     expected = document.detector.intervals(document.chain, np.radians(tau))
     assert len(document.review.state.of_chain(document.chain)) == len(expected)
     if tau > peak:
@@ -189,7 +189,7 @@ def test_escape_cancels_a_drag_and_nothing_before_it(qtbot, timeline, document, 
 def test_double_click_on_the_strength_sets_tau(qtbot, timeline, document):
     wanted = 12.0
     low, high = timeline.panes["strength"].view.viewRange()[1]
-    share = (high - float(root_scale(wanted))) / (high - low)
+    share = (high - float(degrees_to_root_scale(wanted))) / (high - low)
     double_click(qtbot, timeline, "strength", spot(timeline, "strength", 5, share))
     tau = np.degrees(document.review.state.tau[document.chain])
     assert tau == pytest.approx(wanted, abs=1.5)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from inspector.panels.detail_card import explanation
-from inspector.panels.protected_words import table_of, worse_line
+from inspector.panels.protected_words import protected_measures_table, worsened_measures_sentence
 from tests.conftest import ASSETS
 from tests.gui.windows import act, open_clip
 from twistcore.analysis.clip_analysis import analyse, detect
@@ -38,15 +38,17 @@ def measure(name, *, worse=True):
 
 
 def test_a_line_says_what_gets_worse_and_nothing_where_nothing_does():
-    assert worse_line([measure(name, worse=False) for name in NAMES]) == ""
-    line = worse_line([measure(ROLL), measure(TURNS, worse=False), measure(PATH)])
+    assert worsened_measures_sentence([measure(name, worse=False) for name in NAMES]) == ""
+    line = worsened_measures_sentence([measure(ROLL), measure(TURNS, worse=False), measure(PATH)])
     assert "35°" in line
     assert "20 %" in line
     assert "faster than any body" not in line
 
 
 def test_the_table_has_every_measure_and_marks_what_is_worse():
-    table = table_of([measure(name, worse=name == HINGE) for name in NAMES]).split("\n")
+    table = protected_measures_table([measure(name, worse=name == HINGE) for name in NAMES]).split(
+        "\n"
+    )
     assert len(table) == len(NAMES)
     assert [("(worse)" in line) for line in table] == [name == HINGE for name in NAMES]
     assert "1.0 → 12.0°" in table[0]

@@ -11,7 +11,7 @@ from PySide6.QtTest import QTest
 
 from inspector.session.export_files import ExportChoice
 from inspector.session.settings import Settings
-from inspector.teaching.five_trackers import tracker_errors, turning
+from inspector.teaching.five_trackers import fixed_axis_rotations, tracker_errors
 from tests.conftest import ASSETS
 from tests.gui.pictures import INJECTED, changed, picture
 from tests.gui.windows import act, open_clip, wait_until_active
@@ -19,7 +19,7 @@ from tests.twistcore.test_noise_bursts import ARM, HAND, START, noisy
 from twistcore.analysis.quality.joint import joint_quality
 from twistcore.cli import main
 from twistcore.detection import Kind
-from twistcore.export.tracking import DEMONSTRATION, tracked_motion, weights_mark
+from twistcore.export.tracking import DEMONSTRATION, network_weights_identifier, tracked_motion
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
 from twistcore.quamo import Gains
@@ -305,7 +305,7 @@ def test_undo_and_redo_show_direction_and_gains_of_the_review(qtbot, window, qua
     assert shown(page) == ((2000.0, 30.0, 0.0), True, False)
     act(window, "undo")
     assert shown(page) == ((900.0, 20.0, 5.0), False, False)
-    window.document.do(Track(replace(first, learned=True, weights=weights_mark())))
+    window.document.do(Track(replace(first, learned=True, weights=network_weights_identifier())))
     assert shown(page)[1:] == (False, True)
     act(window, "undo")
     assert shown(page) == ((900.0, 20.0, 5.0), False, False)
@@ -577,7 +577,7 @@ def test_five_trackers_follow_a_joint_through_the_seam(qtbot, window):
     assert furthest["axis-angle, raw"] > 90.0
     assert f"{furthest['Quaternion']:.1f}°" in taught.titles["Quaternion"].text()
     taught.slider.setValue(150)
-    expected = tracker_errors(turning(1.5))
+    expected = tracker_errors(fixed_axis_rotations(1.5))
     for name, found in taught.found.items():
         np.testing.assert_array_equal(found, expected[name])
     taught.at.setValue(70)

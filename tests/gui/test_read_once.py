@@ -33,7 +33,7 @@ def exported(qtbot, window, clip, reads):
     open_clip(qtbot, window, clip)
     export(window, ExportChoice(clip.with_name("walk_refined.bvh")))
     window.document.exported.clear()
-    file_marks.forget_marks(tuple(file_marks._marks))
+    file_marks.forget_cached_hashes(tuple(file_marks._marks))
     reads.clear()
     return window
 

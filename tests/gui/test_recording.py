@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import QSize, QTimer
 
-from inspector.recording.choice import FPS, Contents, Paper, RecordChoice, shots
+from inspector.recording.choice import FPS, Contents, Paper, RecordChoice, film_shots
 from inspector.recording.figure_file import figure_file
 from inspector.recording.film import FilmWriter
 from inspector.recording.record_dialog import RecordDialog
@@ -119,9 +119,9 @@ def test_what_cannot_be_written_is_told_in_a_sentence(qtbot, window, tmp_path):
 
 def test_frames_of_a_film_keep_time():
     real = RecordChoice(ASSETS / "x.mp4", 10, 130, 1.0)
-    assert [s.frame for s in shots(real, 120.0, 0)] == list(range(10, 130, 4))
+    assert [s.frame for s in film_shots(real, 120.0, 0)] == list(range(10, 130, 4))
     slow = RecordChoice(ASSETS / "x.mp4", 0, 12, 0.1)
-    frames = [s.frame for s in shots(slow, 120.0, 0)]
+    frames = [s.frame for s in film_shots(slow, 120.0, 0)]
     assert len(frames) == round(12 / 120.0 / 0.1 * FPS[".mp4"])
     assert frames == sorted(frames)
     assert (frames[0], frames[-1]) == (0, 11)

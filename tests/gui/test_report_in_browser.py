@@ -11,7 +11,7 @@ import pytest
 from inspector.bundled import SAMPLE
 from tests.gui.browser import found_browser
 from tests.twistcore.made_records import failed, record_of, waiting
-from twistcore.batch.gates import Broken, parse_rule
+from twistcore.batch.gates import Broken, parse_batch_rule
 from twistcore.detection import Kind
 from twistcore.report.folder_report import write_folder_report
 
@@ -45,7 +45,7 @@ def report(tmp_path_factory):
     ]  # fmt: skip
     written = write_folder_report(
         folder, folder / "report", records=records, pictures=False,
-        broken=[Broken(parse_rule("failed>0"), "", 1), Broken(parse_rule("severity>5"),
+        broken=[Broken(parse_batch_rule("failed>0"), "", 1), Broken(parse_batch_rule("severity>5"),
                                                               "kick.bvh", 26.4)],
     )  # fmt: skip
     assert len(written.problems) == 1

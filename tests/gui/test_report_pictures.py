@@ -10,7 +10,7 @@ from inspector.bundled import FLIPPED, SAMPLE
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import refine
 from twistcore.formats.reading import read_clip
-from twistcore.report.picture_job import SIZE, draw_figures, figure_of
+from twistcore.report.picture_job import SIZE, draw_figures, make_clip_figure
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +22,7 @@ def drawn():
         worst = max((i for i in found if i.kind == kind), key=lambda i: abs(i.offset).sum())
         after = refine(motion, found.chains_and_limbs, [worst])
         wanted = [(worst.chain, (worst.start + worst.stop) // 2)]
-        figures.append(figure_of(motion, after, found.chains_and_limbs, wanted))
+        figures.append(make_clip_figure(motion, after, found.chains_and_limbs, wanted))
     return draw_figures(figures)
 
 

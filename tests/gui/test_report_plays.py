@@ -16,7 +16,7 @@ from twistcore.analysis.clip_analysis import analyse
 from twistcore.cli import main
 from twistcore.errors import TwistError
 from twistcore.formats.reading import read_clip
-from twistcore.report.picture_job import figure_of
+from twistcore.report.picture_job import make_clip_figure
 from twistcore.review import Review, read_session, write_session
 from twistcore.skeleton.motion import forward_kinematics
 
@@ -178,7 +178,7 @@ def test_without_pictures_or_three_js_there_is_no_figure(session, tmp_path, monk
 
     monkeypatch.setattr(report_figure, "three_js", missing)
     clip = read_clip(FLIPPED)
-    figure = figure_of(clip.motion, clip.motion, analyse(clip).chains_and_limbs, [])
+    figure = make_clip_figure(clip.motion, clip.motion, analyse(clip).chains_and_limbs, [])
     assert report_figure.FigureToDraw(figure).player() == {"problem": "no three.js"}
 
 

@@ -15,8 +15,8 @@ from inspector.session.export_files import ExportChoice
 from inspector.session.opening import ClipMissingError, analyse_session
 from inspector.session.session_files import (
     SESSION_PATTERNS,
-    kept_sessions,
-    refuge_path,
+    fallback_session_path,
+    find_existing_sessions,
     session_path,
 )
 from inspector.session.settings import Settings, load_settings, save_settings
@@ -109,7 +109,7 @@ def test_a_crash_is_offered_to_be_restored(qtbot, show_window, path, tmp_path):
 @pytest.mark.thorough
 def test_of_two_journals_the_newer_is_offered_and_neither_is_lost(qtbot, show_window, path):
     """A folder that could be written, then could not, and now can be again."""
-    elsewhere = refuge_path(path)
+    elsewhere = fallback_session_path(path)
     elsewhere = elsewhere.with_name(elsewhere.name + ".journal")
     beside = path.with_name("walk.twist.json.journal")
     kept = {}
@@ -136,14 +136,14 @@ def test_of_two_journals_the_newer_is_offered_and_neither_is_lost(qtbot, show_wi
 
 
 def test_of_two_sessions_the_newer_is_gone_on_with(path):
-    both = refuge_path(path), session_path(path)
-    assert kept_sessions(path) == []
+    both = fallback_session_path(path), session_path(path)
+    assert find_existing_sessions(path) == []
     both[0].parent.mkdir(parents=True)
     for newer in (0, 1):
         for k, session in enumerate(both):
             session.write_text("{}")
             os.utime(session, (1e9 + (k == newer), 1e9 + (k == newer)))
-        assert kept_sessions(path) == [both[newer], both[1 - newer]]
+        assert find_existing_sessions(path) == [both[newer], both[1 - newer]]
 
 
 @pytest.mark.thorough

@@ -15,7 +15,7 @@ from PySide6.QtGui import QImage
 
 from inspector.session.opening import analyse_file
 from inspector.session.settings import Settings
-from inspector.window.demo import screenshot
+from inspector.window.demo import screenshot_script
 from tests.conftest import ASSETS
 from tests.gui import forked
 from tests.gui.real_screen import (
@@ -112,7 +112,7 @@ def test_a_picture_that_cannot_be_written_ends_in_a_sentence(tmp_path):
 def test_a_dialog_that_nobody_answers_ends_it(qtbot, show_window, tmp_path, capsys):
     window = show_window()
     clip = Path(shutil.copy(INJECTED, tmp_path))
-    script = screenshot(window, tmp_path / "window.png", clip)
+    script = screenshot_script(window, tmp_path / "window.png", clip)
     QTimer.singleShot(0, window, window.actions_by_id["show_about"].trigger)
     qtbot.waitUntil(lambda: not window.isVisible())
     assert script.code == 2
@@ -125,7 +125,7 @@ def test_a_picture_waits_until_the_camera_has_come_to_rest(qtbot, show_window, t
     for turn_ms in (0, 1500):
         window = show_window(Settings(turn_ms=turn_ms))
         path = tmp_path / f"{turn_ms}.png"
-        screenshot(window, path, Path(shutil.copy(INJECTED, tmp_path)))
+        screenshot_script(window, path, Path(shutil.copy(INJECTED, tmp_path)))
         qtbot.waitUntil(lambda w=window: not w.isVisible(), timeout=20_000)
         pictures.append(QImage(str(path)))
     assert not pictures[0].isNull()
@@ -220,15 +220,15 @@ def test_garbage_dies_in_the_gui_thread_between_events(tmp_path):
     done = subprocess.run(
         [sys.executable, "-c", code], env=env, capture_output=True, text=True, check=False
     )
-    assert done.stdout.strip() == "{('MainThread', 'collect_due')}", done.stderr
+    assert done.stdout.strip() == "{('MainThread', 'collect_due_garbage')}", done.stderr
 
 
 @pytest.mark.parametrize("left", [True, False])
 def test_pyside_reads_no_source_of_what_is_imported(left):
     code = (
         "import inspect, sys\n"
-        "from inspector.unread_sources import leave_sources_unread\n"
-        f"if {left}: leave_sources_unread()\n"
+        "from inspector.unread_sources import disable_pyside_source_reading\n"
+        f"if {left}: disable_pyside_source_reading()\n"
         "read, getsource = [], inspect.getsource\n"
         "inspect.getsource = lambda module: read.append(module) or getsource(module)\n"
         "import PySide6.QtWidgets, xml.dom.minidom\n"

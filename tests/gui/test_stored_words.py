@@ -19,8 +19,8 @@ from inspector.folder.clip_table import clip_table
 from inspector.folder.queued_clip import FAR_AWAY, ClipState, QueuedClip, reason_text
 from inspector.panels.interval_filter import FilterLine
 from inspector.panels.reason_palette import ReasonPalette
-from inspector.panels.reject_reasons import REASONS, stored_reason, shown_reason
-from PySide6.QtWidgets import QWidget
+from inspector.panels.reject_reasons import REASONS, reject_reason_in_english,
+translate_reject_reason from PySide6.QtWidgets import QWidget
 """
 
 
@@ -56,8 +56,9 @@ def test_filters_ask_for_the_same_in_german():
 def test_a_reason_is_read_in_german_and_kept_in_english():
     said = said_in_german(
         "for reason in REASONS:\n"
-        "    print(shown_reason(reason) != reason, stored_reason(shown_reason(reason)) == reason)\n"
-        "print(shown_reason('loose strap'), stored_reason('loose strap'))\n"
+        "    print(translate_reject_reason(reason) != reason, "
+        "reject_reason_in_english(translate_reject_reason(reason)) == reason)\n"
+        "print(translate_reject_reason('loose strap'), reject_reason_in_english('loose strap'))\n"
         "window = QWidget()\n"
         "palette = ReasonPalette(REASONS, '', window)\n"
         "palette.chosen.connect(print)\n"

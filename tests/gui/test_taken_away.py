@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from inspector.session.session_files import refuge_path
+from inspector.session.session_files import fallback_session_path
 from tests.gui.pictures import INJECTED
 from tests.gui.programs import Program, beside
-from twistcore.review import read_session, recover
+from twistcore.review import read_session, replay_journal
 
 pytestmark = pytest.mark.thorough
 
@@ -64,7 +64,7 @@ def test_a_full_disk_loses_nothing_and_says_so_each_time(crowded, begun):
                 in program.answer["says"].lower()
             )
             assert program.answer["offers"] == ["Try again", "Save elsewhere…"]
-            on_disk = [recover(p).steps for p in folder.glob("**/*.journal")]
+            on_disk = [replay_journal(p).steps for p in folder.glob("**/*.journal")]
             assert max(on_disk, default=0) == begun  # never less than there was
         program.tell("save")
         assert "not saved" in program.answer["says"]
@@ -97,10 +97,10 @@ def test_restoring_on_a_full_disk_leaves_the_only_copy(crowded):
         assert journal.read_bytes() == kept
         program.tell("note 6000")
         assert journal.read_bytes().startswith(kept)
-        assert recover(journal).steps == 3
+        assert replay_journal(journal).steps == 3
         free(program)
         program.tell("press Try again")
-        assert recover(journal).steps == 4
+        assert replay_journal(journal).steps == 4
     finally:
         program.kill()
 
@@ -117,7 +117,7 @@ def test_a_journal_that_is_deleted_is_written_anew(clip, start_here, name):
     journal.unlink()
     program.tell("accept")
     assert "was deleted while it was open" in program.answer["says"]
-    assert recover(journal).steps == 3
+    assert replay_journal(journal).steps == 3
     program.kill()
     program = start_here(clip)
     assert "3 steps were kept" in program.answer["says"]
@@ -142,7 +142,7 @@ def test_a_folder_that_is_deleted_has_its_review_kept_elsewhere(
     shutil.rmtree(clip.parent)
     program.tell("save")
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
-    refuge = refuge_path(clip)
+    refuge = fallback_session_path(clip)
     assert str(refuge) in program.answer["says"]
     assert len(read_session(refuge).state.chosen()) == 3
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from inspector.teaching.gizmo_family import MEMBERS, add_family, family
+from inspector.teaching.gizmo_family import MEMBERS, add_swing_axis_fan, equivalent_swing_axes
 from inspector.teaching.gizmo_joints import name_joints, triads
-from inspector.teaching.gizmo_shapes import CLEAR, sketch
+from inspector.teaching.gizmo_shapes import CLEAR, sketch_gizmo
 from inspector.widgets.theme import DARK
 from tests.gui.pictures import grabbed
 from tests.gui.windows import act
@@ -35,7 +35,7 @@ def shapes_of(data, name, what_if, frame=90, **kinds):
     places = (data.positions[frame, j] for j in (chain.parent, chain.child))
     # An altered P hangs on an unaltered parent of its own.
     above = quaternion_from_axis_angle(np.array([0.0, 1.0, 0.0]), 0.4)
-    return chain, d, above, sketch(d, multiply(above, d.q), *places, 0.3, 0.1, **kinds)
+    return chain, d, above, sketch_gizmo(d, multiply(above, d.q), *places, 0.3, 0.1, **kinds)
 
 
 def symbols(shapes):
@@ -48,7 +48,7 @@ def symbols(shapes):
 @pytest.mark.parametrize("name", CHAINS)
 def test_at_half_a_turn_every_normal_of_the_fan_gives_the_one_pose(analysed, name):
     _, d, *_ = shapes_of(analysed, name, WhatIf(swing=np.pi, twist=0.7))
-    normals, angles = family(d)
+    normals, angles = equivalent_swing_axes(d)
     assert len(normals) == MEMBERS
     assert np.abs(normals @ d.a).max() < 1e-9
     for n, theta in zip(normals, angles, strict=True):
@@ -59,7 +59,7 @@ def test_at_half_a_turn_every_normal_of_the_fan_gives_the_one_pose(analysed, nam
 
 def test_as_n_turns_by_phi_the_twist_runs_by_twice_as_much(analysed):
     _, d, *_ = shapes_of(analysed, "LeftArm", WhatIf(swing=np.radians(179.0)))
-    normals, angles = family(d)
+    normals, angles = equivalent_swing_axes(d)
     assert normals[0] == pytest.approx(d.n)
     assert angles[0] == pytest.approx(d.theta_p)
     for n, theta in zip(normals, angles, strict=True):
@@ -71,7 +71,7 @@ def test_all_hands_of_the_fan_point_where_the_dials_hand_does(analysed):
     _, d, above, shapes = shapes_of(analysed, "LeftArm", WhatIf(swing=np.pi, twist=0.7))
     hand = next(p for p in shapes.parts if p.symbol == "theta_p" and p.look == "bold").points
     own = len(shapes.parts)
-    add_family(shapes, d, multiply(above, d.q), np.zeros(3))
+    add_swing_axis_fan(shapes, d, multiply(above, d.q), np.zeros(3))
     hands = next(p for p in shapes.parts[own:] if p.look == "bold").points.reshape(-1, 2, 3)
     ways = hands[:, 1] - hands[:, 0]
     ways /= np.linalg.norm(ways, axis=1)[:, None]
@@ -86,7 +86,7 @@ def test_the_fan_is_there_near_half_a_turn_and_only_there(analysed):
         _, d, above, shapes = shapes_of(analysed, "LeftArm", WhatIf(swing=np.radians(swing)))
         own = len(shapes.parts)
         before = len(shapes.marks)
-        add_family(shapes, d, multiply(above, d.q), np.zeros(3))
+        add_swing_axis_fan(shapes, d, multiply(above, d.q), np.zeros(3))
         assert any(np.ptp(p.points) > 0.0 for p in shapes.parts[own:]) == seen
         words = [mark.words for mark in shapes.marks[before:]]
         assert len(words) == (MEMBERS if seen else 0)

@@ -9,7 +9,11 @@ import pytest
 from inspector.session.document import Document
 from inspector.session.opening import analyse_file
 from inspector.teaching.taught_frame import TaughtFrame
-from inspector.teaching.what_if_words import azimuth_per_tip, theta_per_tip, words
+from inspector.teaching.what_if_words import (
+    azimuth_change_per_tilt,
+    theta_change_per_tilt,
+    what_if_comment,
+)
 from inspector.widgets.theme import DARK
 from tests.conftest import ASSETS
 from tests.gui.windows import act
@@ -44,7 +48,7 @@ def told(taught, **change):
     """The words on the frame altered so."""
     what_if = WhatIf(**change)
     taught.set_what_if(what_if)
-    return words(taught.numbers, what_if, taught.stage)[0]
+    return what_if_comment(taught.numbers, what_if, taught.stage)[0]
 
 
 def numbers_in(text):
@@ -158,7 +162,7 @@ def test_what_a_tip_of_a_degree_does_to_theta_is_so(taught, degrees):
     assert said[0] == pytest.approx(100.0 * near.swing_reliability, abs=0.51)
     taught.alter(nudge=DEGREE)
     moved = abs(float(wrap(taught.quantities.theta_p - near.theta_p)))
-    assert theta_per_tip(alpha) == pytest.approx(moved, rel=0.03)
+    assert theta_change_per_tilt(alpha) == pytest.approx(moved, rel=0.03)
     assert said[2] == pytest.approx(np.degrees(moved), rel=0.08)
 
 
@@ -169,7 +173,7 @@ def test_what_a_tip_of_a_degree_does_to_the_azimuth_is_so(taught, degrees):
     assert ("straight" if degrees < 90.0 else "folded") in text
     taught.alter(nudge=DEGREE)
     moved = abs(float(wrap(taught.quantities.dtheta_c - near.dtheta_c)))
-    assert azimuth_per_tip(near.azimuth_reliability) == pytest.approx(moved, rel=0.03)
+    assert azimuth_change_per_tilt(near.azimuth_reliability) == pytest.approx(moved, rel=0.03)
 
 
 def test_both_singularities_turn_their_axes_much_at_a_nudge(taught):
@@ -234,7 +238,7 @@ def test_all_words_fit_in_two_lines(qtbot, at_forearm):
                     frame.set_what_if(what_if)
                     for stage in (None, 0.4, 1.6):
                         frame.set_stage(stage)
-                        text, role = words(frame.numbers, what_if, stage)
+                        text, role = what_if_comment(frame.numbers, what_if, stage)
                         assert hasattr(DARK, role)
                         box.words.setText(text)
                         assert box.words.heightForWidth(width) <= box.words.minimumHeight() + 2, (
@@ -248,6 +252,6 @@ def test_the_frame_before_may_be_what_is_undefined(taught):
     data = taught.document.data
     d = decompose(data.motion, taught.chain, 90)
     gone = taught.numbers._replace(frame=replace(d, swing_reliability_before=0.0))
-    assert "previous frame" in words(gone, WhatIf())[0]
+    assert "previous frame" in what_if_comment(gone, WhatIf())[0]
     gone = taught.numbers._replace(frame=replace(d, across_before=np.zeros(3)))
-    assert "previous frame" in words(gone, WhatIf())[0]
+    assert "previous frame" in what_if_comment(gone, WhatIf())[0]

@@ -19,8 +19,8 @@ from inspector.session.document import Document
 from inspector.session.opening import analyse_file
 from inspector.teaching.equation_table import SECTIONS
 from inspector.teaching.equations import Equations
-from inspector.teaching.symbols import SYMBOLS, colour
-from inspector.teaching.taught_frame import TaughtFrame, numbers
+from inspector.teaching.symbols import SYMBOLS, symbol_family_colour
+from inspector.teaching.taught_frame import TaughtFrame, padded_vector_text
 from inspector.teaching.teaching_panel import TeachingPanel
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
@@ -30,7 +30,7 @@ from tests.conftest import ASSETS
 from tests.gui.other_fonts import other_font
 from tests.gui.pictures import grabbed, near
 from tests.gui.windows import act
-from twistcore.analysis.decomposition import WhatIf, decompose, other_order
+from twistcore.analysis.decomposition import WhatIf, decompose, twist_swing_factors
 from twistcore.skeleton.rotation import (
     multiply,
     quaternion_from_euler,
@@ -436,7 +436,14 @@ def test_below_zero_is_answered_and_alarms_at_an_event_only(qtbot, taught):
     frame, equations = taught.taught, taught.teaching.equations
 
     def red(symbol):
-        return near(grabbed(qtbot, equations.buttons[symbol]), colour("error", DARK), by=70) > 2
+        return (
+            near(
+                grabbed(qtbot, equations.buttons[symbol]),
+                symbol_family_colour("error", DARK),
+                by=70,
+            )
+            > 2
+        )
 
     frame.set_what_if(WhatIf(twist=0.5))
     assert equations.values["product"].text().startswith("yes: −")  # the child's own motion
@@ -459,7 +466,7 @@ def test_other_forms_are_told_where_they_are_unfolded(qtbot, taught):
     qtbot.mouseClick(forms.head, Qt.MouseButton.LeftButton, pos=QPoint(20, 6))
     d = frame.quantities
     assert read(forms.values["n"].text()) == pytest.approx(d.n, abs=6e-4)
-    _, after = other_order(d.q, d.a)
+    _, after = twist_swing_factors(d.q, d.a)
     other = after[1:] / np.linalg.norm(after[1:])
     assert read(forms.values["n_after"].text()) == pytest.approx(other, abs=6e-4)
     plus = read(forms.values["theta_p"].text())
@@ -534,4 +541,4 @@ def test_the_list_paints_itself_as_lines_of_any_size(qtbot, taught, tmp_path):
 
 def test_values_of_a_quaternion_keep_their_length():
     """A zero has no sign; the tab must not become wider when it gets one."""
-    assert len({len(numbers(q)) for q in ((1, 0, 0, 0), (0.5, -0.5, 0.5, -0.5))}) == 1
+    assert len({len(padded_vector_text(q)) for q in ((1, 0, 0, 0), (0.5, -0.5, 0.5, -0.5))}) == 1

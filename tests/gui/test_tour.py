@@ -26,7 +26,7 @@ from tests.gui.windows import act, press
 from tests.tiers import parametrize
 from twistcore.detection import Kind
 from twistcore.errors import TwistError
-from twistcore.review import Decide, Decision, recover
+from twistcore.review import Decide, Decision, replay_journal
 from twistcore.study.exercise import score_exercise
 from twistcore.synthesis.truth import read_truth
 
@@ -120,7 +120,7 @@ def test_the_tour_by_hand_from_end_to_end(qtbot, at_forearm):
     assert document.review.state is state
     assert not document.review.saved
     (journal,) = journals(session_path(mine))
-    assert recover(journal).steps == 1
+    assert replay_journal(journal).steps == 1
     assert (document.chain, document.frame) == ("LeftForeArm", 90)
     assert not at_forearm.bar.asks  # the journal is its own; what comes next is only offered
     act(at_forearm, "undo")

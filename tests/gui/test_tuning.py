@@ -20,7 +20,7 @@ from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, open_clip
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decide, Decision
-from twistcore.tuning import Tuned, clip_tuning, read_profile, write_profile
+from twistcore.tuning import Tuned, prepare_clip_tuning, read_profile, write_profile
 from twistcore.tuning.tau_curve import ALARM_PRICE, SMALLEST_ERROR
 
 LEFT, NONE = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton
@@ -96,7 +96,7 @@ def test_without_a_curve_no_false_alarms_are_drawn(qapp):
 @pytest.mark.thorough
 def test_the_curves_are_those_of_the_core(window, tuning):
     clip = read_bvh(INJECTED)
-    core = clip_tuning(clip.motion, clip.name, seeds=range(1)).curve("LeftForeArm")
+    core = prepare_clip_tuning(clip.motion, clip.name, seeds=range(1)).curve("LeftForeArm")
     shown = tuning.costs.curves["LeftForeArm"]
     np.testing.assert_array_equal(shown.repaired, core.repaired)
     np.testing.assert_array_equal(shown.alarms, core.alarms)

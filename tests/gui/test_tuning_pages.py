@@ -9,7 +9,7 @@ from PySide6.QtCore import QEvent, QPointF, Qt
 from PySide6.QtWidgets import QApplication
 
 from inspector.session.settings import Settings, load_settings
-from inspector.tuning.strength_histogram import bar_of, bar_words
+from inspector.tuning.strength_histogram import histogram_bar_index, histogram_bar_label
 from inspector.tuning.wishes import POINTS, SMALLEST
 from tests.conftest import ASSETS
 from tests.gui.known_costs import remember, remind
@@ -18,7 +18,7 @@ from tests.gui.test_tuning import LEFT, NONE, cells, send, taus
 from tests.gui.windows import act, open_clip
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decision, read_session
-from twistcore.tuning import Tuned, Verdicts, clip_tuning, write_profile
+from twistcore.tuning import Tuned, Verdicts, prepare_clip_tuning, write_profile
 
 pytestmark = pytest.mark.thorough
 
@@ -80,7 +80,7 @@ def write_tau(path, degrees, method="", names=("LeftForeArm", "RightLeg")):
 def by_paper(draws):
     clip = read_bvh(INJECTED)
     of_paper = {"method": "paper", "verdicts": Verdicts(), "seeds": range(draws)}
-    tuning = clip_tuning(clip.motion, clip.name, **of_paper)
+    tuning = prepare_clip_tuning(clip.motion, clip.name, **of_paper)
     return tuning.curve("RightArm")
 
 
@@ -300,13 +300,13 @@ def click(qtbot, plot, place):
 def test_a_bar_leads_to_its_frames(qtbot, window, tuning):
     plot, document = tuning.curves.histogram, window.document
     strength = np.degrees(document.detector.strength("LeftForeArm"))
-    bars = bar_of(strength)
+    bars = histogram_bar_index(strength)
     bar = int(bars.max())
     frames = np.flatnonzero(bars == bar)
     assert len(frames) == 2
     place = over_bar(plot, strength[frames[0]])
     send(plot, QEvent.Type.MouseMove, place, NONE, NONE)
-    assert plot.words.text() == f"{bar_words(bar)}: 2 frames"
+    assert plot.words.text() == f"{histogram_bar_label(bar)}: 2 frames"
     visited, said = [], []
     for _ in range(3):
         click(qtbot, plot, place)
@@ -315,8 +315,8 @@ def test_a_bar_leads_to_its_frames(qtbot, window, tuning):
         qtbot.wait(QApplication.doubleClickInterval() + 20)  # else it is one
     assert visited == [*frames, frames[0]]
     assert said[:2] == [
-        f"frame {frames[0]}, 1 of 2 in {bar_words(bar)}",
-        f"frame {frames[1]}, 2 of 2 in {bar_words(bar)}",
+        f"frame {frames[0]}, 1 of 2 in {histogram_bar_label(bar)}",
+        f"frame {frames[1]}, 2 of 2 in {histogram_bar_label(bar)}",
     ]
     assert plot.mark.isVisible()
     (low, high), _ = plot.mark.getData()
@@ -328,7 +328,7 @@ def test_a_bar_leads_to_its_frames(qtbot, window, tuning):
 
 def test_its_frames_are_reached_without_a_mouse(qtbot, window, tuning):
     document = window.document
-    bars = bar_of(np.degrees(document.detector.strength("LeftForeArm")))
+    bars = histogram_bar_index(np.degrees(document.detector.strength("LeftForeArm")))
     document.set_first_frame(1)
     weakest, *_ = filled = sorted(set(bars[bars >= 0]))
     act(window, "next_bar")

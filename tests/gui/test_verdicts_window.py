@@ -14,7 +14,7 @@ from inspector.session.document import BLIND
 from inspector.session.open_clip import Borrowed
 from inspector.session.settings import Settings
 from inspector.tuning.verdict_evidence import CLIP, FOLDER, Scope
-from inspector.tuning.verdict_page import needed_words
+from inspector.tuning.verdict_page import needed_verdicts_sentence
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, open_clip
 from tests.twistcore.test_verdicts import folder as folder_of
@@ -23,7 +23,7 @@ from twistcore.analysis.clip_analysis import detect
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decide, Decision, LeaveOut, Review, write_session
 from twistcore.tuning.verdict_curve import verdict_curve
-from twistcore.tuning.verdicts_of import is_verdict
+from twistcore.tuning.verdicts_of import is_counter_twist_verdict
 
 ONE_WINDOW = True
 
@@ -238,20 +238,20 @@ def test_the_sure_ones_are_no_verdicts_until_each_is_looked_at(qtbot, window):
     assert document.accept_undecided(0.5)
     sure = [j for j in document.intervals if j.decision == Decision.ACCEPTED]
     assert sure
-    assert not any(map(is_verdict, sure))
+    assert not any(map(is_counter_twist_verdict, sure))
     document.decide(Decision.ACCEPTED, [sure[0].id])  # A, on one that is accepted already
-    assert is_verdict(document.review.state.find(sure[0].id))
+    assert is_counter_twist_verdict(document.review.state.find(sure[0].id))
 
 
 def test_what_a_chain_still_needs_is_said():
     clips = together(folder_of([30.0] * 12, [], 4, "L"), folder_of([], [3.0] * 3, 4, "X"))
     few = Scope("X", tuple(clips), verdict_curve(clips, "X"), chain="X")
     words = "2 more verdicts on this chain are needed to suggest a τ for this group."
-    assert needed_words(few) == words
+    assert needed_verdicts_sentence(few) == words
     clips = folder_of([30.0] * 9, [3.0] * 9, 4)
     every = Scope("This rig", tuple(clips), verdict_curve(clips))
     words = "1 more accepted interval is needed to suggest a τ for this group."
-    assert needed_words(every) == words
+    assert needed_verdicts_sentence(every) == words
 
 
 @pytest.mark.thorough

@@ -15,9 +15,9 @@ from inspector.session.open_clip import Show
 from inspector.viewport import opengl
 from inspector.viewport.bodies import find_bones
 from inspector.viewport.bone_colours import Role, rgb
-from inspector.viewport.camera import OrbitCamera, between
+from inspector.viewport.camera import OrbitCamera, interpolate_cameras
 from inspector.viewport.solid_and_ghost import Style
-from inspector.viewport.striped_skin import build_skin, drape, roll
+from inspector.viewport.striped_skin import bone_twist_angles, build_skin, pose_skin
 from inspector.viewport.trails import end_effectors
 from inspector.widgets.theme import DARK, LIGHT
 from inspector.window.action_table import MENUS
@@ -112,7 +112,9 @@ def test_a_twist_runs_evenly_along_the_bone_and_back_on_the_next(dressed):
     twisted = inject(motion.sliced(FRAME, FRAME + 1), chains, [error])
     wrong, places = (x[0] for x in forward_kinematics(twisted))
     np.testing.assert_allclose(places, positions, atol=1e-9 * motion.skeleton.height)
-    change = np.angle(np.exp(1j * (roll(skin, wrong) - roll(skin, rotations))))
+    change = np.angle(
+        np.exp(1j * (bone_twist_angles(skin, wrong) - bone_twist_angles(skin, rotations)))
+    )
     chain = next(c for c in chains if c.name == "LeftForeArm")
     expected = delta * ((skin.child == chain.parent) * 1.0 - (skin.parent == chain.parent))
     # The limb bends at the elbow: of the turn about the forearm the upper arm sees a part.
@@ -122,8 +124,8 @@ def test_a_twist_runs_evenly_along_the_bone_and_back_on_the_next(dressed):
     assert change[above] == pytest.approx(delta, abs=np.radians(15))
     np.testing.assert_allclose(change[~own & ~above], 0.0, atol=1e-9)
     # The middle ring of the forearm has turned by half of it.
-    first, fins = tubes(skin, drape(skin, rotations, positions)[1])
-    second, turned = tubes(skin, drape(skin, wrong, positions)[1])
+    first, fins = tubes(skin, pose_skin(skin, rotations, positions)[1])
+    second, turned = tubes(skin, pose_skin(skin, wrong, positions)[1])
     middle = int(np.flatnonzero(own)[0]), 5
     angle = np.arccos(np.clip((first[middle] * second[middle]).sum(axis=-1), -1, 1))
     np.testing.assert_allclose(angle, delta * (1.0 - 0.42), atol=1e-6)
@@ -135,7 +137,7 @@ def test_a_twist_runs_evenly_along_the_bone_and_back_on_the_next(dressed):
 
 def test_the_skin_is_whole_and_has_unit_normals(dressed):
     motion, _, skin, rotations, positions = dressed
-    points, normals = drape(skin, rotations, positions)
+    points, normals = pose_skin(skin, rotations, positions)
     np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, atol=0.3)
     rings, fins = tubes(skin, points)
     height = motion.skeleton.height
@@ -157,7 +159,7 @@ def test_the_skin_is_whole_and_has_unit_normals(dressed):
 def test_a_clip_without_limbs_has_no_skin(dressed):
     motion, _, _, rotations, positions = dressed
     skin = build_skin(find_bones(motion, UP, 1.0), (), 1.0)
-    points, normals = drape(skin, rotations, positions)
+    points, normals = pose_skin(skin, rotations, positions)
     assert points.shape == normals.shape == (0, 3)
 
 
@@ -324,11 +326,13 @@ def test_the_camera_turns_without_blocking_and_the_latest_wins(qtbot, document, 
 def test_the_way_of_the_camera_is_the_shorter_one():
     one = OrbitCamera(np.zeros(3), 3.0, 0.1, 4.0, UP, np.array([0.0, 0.0, 1.0]))
     other = replace(one, azimuth=-3.0, distance=1.0, target=np.ones(3))
-    middle = between(one, other, 0.5)
+    middle = interpolate_cameras(one, other, 0.5)
     assert np.cos(middle.azimuth) == pytest.approx(-1.0)
     assert middle.distance == pytest.approx(2.0)
     for share, camera in ((0.0, one), (1.0, other)):
-        np.testing.assert_allclose(between(one, other, share).position, camera.position, atol=1e-9)
+        np.testing.assert_allclose(
+            interpolate_cameras(one, other, share).position, camera.position, atol=1e-9
+        )
 
 
 def test_names_appear_under_the_mouse(qtbot, document, show_view):
@@ -364,7 +368,7 @@ def test_wayland_without_x_is_explained(monkeypatch):
     opengl.renderer_name.cache_clear()
     try:
         assert opengl.renderer_name() == ""
-        assert "Xwayland" in opengl.complaint()
+        assert "Xwayland" in opengl.missing_3d_view_message()
     finally:
         opengl.renderer_name.cache_clear()
 

@@ -15,8 +15,8 @@ from PySide6.QtWidgets import QApplication
 from inspector.session.document import Document
 from inspector.session.open_clip import Show
 from inspector.viewport import opengl
-from inspector.viewport.bodies import BAND, SKIN, build_soup, find_bones, place
-from inspector.viewport.bone_colours import Role, palette
+from inspector.viewport.bodies import BAND, SKIN, build_soup, find_bones, pose_soup_vertices
+from inspector.viewport.bone_colours import Role, bone_role_colours
 from inspector.viewport.camera import VIEWS, OrbitCamera
 from inspector.viewport.solid_and_ghost import Style
 from inspector.viewport.viewport import Viewport
@@ -112,7 +112,7 @@ def test_what_nobody_decided_is_suggested_until_it_is_selected_or_accepted(
 
 def test_the_suggested_form_is_paler_than_after_and_has_its_stripes():
     for theme in (DARK, LIGHT):
-        colours = palette(theme)
+        colours = bone_role_colours(theme)
         form = colours[Role.SUGGESTED]
         np.testing.assert_array_equal(form[BAND], colours[Role.AFTER, BAND])
         plain, after = colours[Role.PLAIN, SKIN], colours[Role.AFTER, SKIN]
@@ -238,7 +238,7 @@ def test_without_a_clip_it_says_what_to_do(qtbot, show_view, analysed):
 def test_without_opengl_it_says_so(qtbot, document, show_view, monkeypatch):
     monkeypatch.setattr(opengl, "renderer_name", lambda: "")
     view = show_view(document)
-    assert view.overlays.notice.text() == opengl.complaint()
+    assert view.overlays.notice.text() == opengl.missing_3d_view_message()
     assert view.overlays.notice.isVisible()
     view.set_view("front")
     view.focus_chain()
@@ -420,7 +420,7 @@ def test_bodies_follow_their_joint_rigidly():
     bones = find_bones(motion, np.array([0.0, 1.0, 0.0]), motion.skeleton.height)
     soup = build_soup(bones)
     expected = rotate(rotations[soup.joint], soup.vertices) + positions[soup.joint]
-    np.testing.assert_allclose(place(soup, rotations, positions), expected, atol=1e-9)
+    np.testing.assert_allclose(pose_soup_vertices(soup, rotations, positions), expected, atol=1e-9)
     for bone in bones:
         if bone.child >= 0:
             tip = positions[bone.parent] + rotate(rotations[bone.parent], bone.tip)

@@ -5,9 +5,9 @@ import pytest
 
 from inspector.recording.choice import RecordChoice, Shot
 from inspector.recording.stage import Shown, Stage
-from inspector.widgets.axes import from_root_scale
+from inspector.widgets.axes import root_scale_to_degrees
 from inspector.widgets.theme import DARK
-from twistcore.analysis.decomposition import WhatIf, altered
+from twistcore.analysis.decomposition import WhatIf, motion_of_altered_frame
 from twistcore.skeleton.rotation import wrap
 from twistcore.skeleton.signals import twist_signals
 
@@ -29,7 +29,8 @@ def dots(timeline):
     for key, layer in timeline.dots.layers.items():
         root = timeline.panes[key].root
         out[key] = [
-            (layer.frame, float(from_root_scale(y)) if root else y, ring) for y, ring in layer.dots
+            (layer.frame, float(root_scale_to_degrees(y)) if root else y, ring)
+            for y, ring in layer.dots
         ]
     return out
 
@@ -37,7 +38,7 @@ def dots(timeline):
 def would_be(window, frame):
     """Signals of the clip with the frame altered, computed over the whole clip."""
     motion, chain = window.document.data.motion, window.taught.chain
-    one = altered(motion, chain, frame, window.taught.what_if)
+    one = motion_of_altered_frame(motion, chain, frame, window.taught.what_if)
     rotations = motion.rotations.copy()
     rotations[frame] = one.rotations[0]
     return twist_signals(motion.with_rotations(rotations), chain)

@@ -10,7 +10,7 @@ import pytest
 from PySide6.QtGui import QColor
 
 from inspector.timeline.timeline import Timeline
-from inspector.widgets.signed_numbers import plain
+from inspector.widgets.signed_numbers import format_number
 from inspector.widgets.theme import LIGHT, Colours
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import open_clip
@@ -19,7 +19,7 @@ from tests.twistcore.test_quantities import MOTIONS, WALK
 from twistcore import read_clip, write_clip
 from twistcore.detection import Kind
 from twistcore.review import Decision
-from twistcore.review.model import with_level
+from twistcore.review.model import with_median_offset
 
 SAMPLE = read_clip("assets/walk.bvh")
 
@@ -67,10 +67,12 @@ def test_it_is_the_first_plot_and_shows_the_number_on_the_card(qtbot, show_timel
     interval = timeline.document.interval.interval
     assert timeline.grid.shown[0] == "why"
     frame, unit = timeline.document.frame, quantity.unit
-    value, limit = (f"{plain(curve[frame])}{unit}" for curve in (quantity.values, quantity.limit))
+    value, limit = (
+        f"{format_number(curve[frame])}{unit}" for curve in (quantity.values, quantity.limit)
+    )
     assert words(timeline) == f"{quantity.label} {value}   limit {limit}"
     if kind in {Kind.SPIKE, Kind.JOINT_JUMP, Kind.BODY_STEP}:
-        assert f"{plain(math.degrees(interval.size))}°" in words(timeline)
+        assert f"{format_number(math.degrees(interval.size))}°" in words(timeline)
     # The dot is at the number, within the interval, and beyond the limit, which is visible.
     ((height, _),) = pane.dot.dots
     assert interval.start <= pane.dot.frame < interval.stop
@@ -93,7 +95,7 @@ def test_it_follows_the_selection(qtbot, show_timeline):
     qtbot.waitUntil(lambda: pane.quantity not in (None, roll))
     assert "per frame" in words(timeline)
     document.go_to(jump.interval.start + 5)
-    assert plain(pane.quantity.values[document.frame]) in words(timeline)
+    assert format_number(pane.quantity.values[document.frame]) in words(timeline)
     document.select_interval(None)
     timeline.refresh()
     assert "why" not in timeline.grid.shown
@@ -113,7 +115,7 @@ def test_the_number_in_its_title_is_at_the_playhead_when_it_comes_back(qtbot, sh
     document.go_to(stretch.interval.start - 5)
     document.select_interval(stretch.id)
     timeline.refresh()
-    assert f" {plain(quantity.values[document.frame])}{quantity.unit} " in words(timeline)
+    assert f" {format_number(quantity.values[document.frame])}{quantity.unit} " in words(timeline)
 
 
 def test_an_edited_stretch_shows_its_new_angle(qtbot, show_timeline):
@@ -121,7 +123,7 @@ def test_an_edited_stretch_shows_its_new_angle(qtbot, show_timeline):
     document, pane = timeline.document, timeline.panes["why"]
     before = shown(qtbot, timeline)
     judged = document.interval
-    document.edit(judged.id, with_level(judged.interval, math.radians(150.0)))
+    document.edit(judged.id, with_median_offset(judged.interval, math.radians(150.0)))
     timeline.refresh()
     assert len(pane.values["value"][0]) == document.frames  # it stays until the new one is there
     qtbot.waitUntil(lambda: pane.quantity is not before)

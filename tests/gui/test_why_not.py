@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 
-from inspector.session.why_here import peaks
+from inspector.session.why_here import reasons_at_unexplained_peaks
 from tests.conftest import ASSETS
 from tests.gui.windows import act, open_clip, press
 from twistcore.analysis.correction.twist_removal import remove_twist
@@ -103,7 +103,7 @@ def test_a_selected_interval_is_what_the_card_is_about(opened):
 
 @pytest.mark.thorough
 def test_nothing_suspicious_is_said_together_with_what_is_past_tau(alone):
-    past = list(peaks(alone.document))
+    past = list(reasons_at_unexplained_peaks(alone.document))
     assert past
     assert not any(r.suspicious for r in past)
     assert {r.why for r in past} == {Why.ONE_JOINT}
@@ -129,7 +129,7 @@ def test_m_goes_to_every_peak_past_tau_that_is_suspicious(qtbot, window, tmp_pat
     write_clip(clip, replace(motion, rotations=normalise(q)), tmp_path / "shaken.bvh")
     open_clip(qtbot, window, tmp_path / "shaken.bvh")
     document = window.document
-    wanted = {(r.chain, r.frame) for r in peaks(document) if r.suspicious}
+    wanted = {(r.chain, r.frame) for r in reasons_at_unexplained_peaks(document) if r.suspicious}
     assert len(wanted) >= 3
     document.go_to(0)
     reached = {}

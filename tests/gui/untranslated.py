@@ -13,7 +13,7 @@ from functools import cache
 import polib
 
 from inspector.bundled import LANGUAGES
-from inspector.language.extraction import key, texts_in_code
+from inspector.language.extraction import catalogue_entry_key, texts_in_code
 
 ERROR = bool(os.environ.get("CI"))
 _SHOWN = 5  # texts of a catalogue
@@ -33,8 +33,10 @@ def code_texts():
 def untranslated(code):
     """Keys of texts in the code that the language lacks, and of its texts that left the code."""
     entries, texts = catalogue(code), set(code_texts())
-    translated = {key(e) for e in entries if e.translated() and not e.fuzzy and not e.obsolete}
-    return sorted((texts - translated) | ({key(e) for e in entries} - texts))
+    translated = {
+        catalogue_entry_key(e) for e in entries if e.translated() and not e.fuzzy and not e.obsolete
+    }
+    return sorted((texts - translated) | ({catalogue_entry_key(e) for e in entries} - texts))
 
 
 def told(code):

@@ -3,8 +3,8 @@
 import numpy as np
 
 from twistcore.formats.npz.body import BODIES
-from twistcore.quamo.rest_pose import rest_change
-from twistcore.quamo.topology import CMU_UNIT, PARENTS, find_topology
+from twistcore.quamo.rest_pose import smpl_rest_pose_change
+from twistcore.quamo.topology import CMU_UNIT, PARENTS, find_network_joints
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import (
     conjugate,
@@ -30,9 +30,9 @@ def amass_arrays(motion: Motion, joints=52, dtype=np.float64, *, own=True, tilt=
     CMU rests with legs apart: its rotations are told anew as of a T-pose, so that joints stay where
     they are, bones and all.
     """
-    topology = find_topology(motion.skeleton)
+    topology = find_network_joints(motion.skeleton)
     offsets, q = CMU_UNIT * topology.offsets, topology.reduced(motion.rotations)
-    a = rest_change(offsets).turns
+    a = smpl_rest_pose_change(offsets).turns
     a = a if tilt is None else multiply(tilt, a)
     turned = multiply(q, conjugate(a))
     at_rest = offsets.copy()

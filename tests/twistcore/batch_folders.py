@@ -8,10 +8,10 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from twistcore.batch.clip_task import ClipTask, Outcome, run_task
-from twistcore.batch.inputs import find_inputs
+from twistcore.batch.inputs import find_input_clips
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.run import run_batch
-from twistcore.work.processes import each
+from twistcore.work.processes import map_in_processes
 
 ROOT = Path(__file__).parents[2]
 KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
@@ -57,14 +57,14 @@ def slowly(task: ClipTask) -> Outcome:
 
 def run_slowly(folder: str, out: str) -> None:
     """A whole run over two processes, in one that is to be ended."""
-    sources = find_inputs([folder]).sources
+    sources = find_input_clips([folder]).sources
     run_batch(Path(out), sources, Parameters(refine=True), _two_slow_ones)
 
 
 def _two_slow_ones(
     tasks: Sequence[ClipTask], seconds: Callable[[ClipTask], float]
 ) -> Iterator[tuple[ClipTask, Outcome | Exception]]:
-    return each(slowly, tasks, 2, apart=True, seconds=seconds)
+    return map_in_processes(slowly, tasks, 2, apart=True, seconds=seconds)
 
 
 def _greedy(task: ClipTask) -> Outcome:

@@ -13,7 +13,7 @@ from twistcore.analysis.correction.twist_removal import refine
 from twistcore.detection import Interval, Kind
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.detection.limb_flips import analyse_limbs as known
-from twistcore.detection.lone_jumps import own_axis
+from twistcore.detection.lone_jumps import own_bone_axis
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import (
     Annotate,
@@ -29,7 +29,7 @@ from twistcore.review import (
     Sign,
     start_review,
 )
-from twistcore.review.model import constant_interval, resized, with_level
+from twistcore.review.model import constant_interval, resized, with_median_offset
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.limb import find_limbs
 from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
@@ -86,7 +86,7 @@ def flipped(motion, *flips):
 def spun(joint, start, stop, degrees, motion, axis=None):
     """The motion in which a joint alone is turned, about its bone or an axis, in some frames."""
     at = motion.skeleton.index(joint)
-    axis = own_axis(motion.skeleton, at) if axis is None else axis
+    axis = own_bone_axis(motion.skeleton, at) if axis is None else axis
     turn = quaternion_from_axis_angle(axis, np.radians(degrees))
     rotations = motion.rotations.copy()
     rotations[start:stop, at] = multiply(rotations[start:stop, at], turn)
@@ -147,7 +147,9 @@ def commands(state):
             st.integers(0, 5),
         ),
         st.builds(
-            lambda i, d: Edit(i, with_level(state.find(i).interval, d)), ids, st.floats(-3, 3)
+            lambda i, d: Edit(i, with_median_offset(state.find(i).interval, d)),
+            ids,
+            st.floats(-3, 3),
         ),
         st.builds(
             lambda s: Insert(constant_interval("LeftArm", s, s + 4, 0.5)), st.integers(0, 300)

@@ -6,7 +6,7 @@ import numpy as np
 
 from tests.twistcore.test_chain import both, line, rig
 from twistcore.detection import Interval, Kind
-from twistcore.review.model import Decision, Judged, ReviewState, Tracking, chain_places
+from twistcore.review.model import Decision, Judged, ReviewState, Tracking, chain_index_by_name
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.limb import find_limbs
 
@@ -34,7 +34,7 @@ def state(*judged, tau=None, **more):
     tau = {c.name: TAU[c.name] for c in CHAINS} if tau is None else tau
     number = max((j.id for j in judged), default=0) + 1
     return ReviewState(
-        "paper", MappingProxyType(tau), tuple(judged), number, chain_places(tau), **more
+        "paper", MappingProxyType(tau), tuple(judged), number, chain_index_by_name(tau), **more
     )
 
 

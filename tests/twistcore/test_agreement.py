@@ -23,14 +23,14 @@ from twistcore.review import (
     Review,
     Settle,
     read_session,
-    recover,
+    replay_journal,
     write_session,
 )
 from twistcore.review.agreement import (
     Agreement,
     PairDifference,
     cohen_kappa,
-    decisions_left_to_second,
+    decisions_only_by_second,
     merged_review,
     pair_intervals,
     reviewers_of,
@@ -191,7 +191,7 @@ def test_what_was_taken_is_one_step_and_is_in_the_journal(tmp_path):
     journal.do(command)
     journal.close()
     assert review.undo_text == f"Settle {len(command.earlier)} differences"
-    again = recover(path, CLIP).review.state
+    again = replay_journal(path, CLIP).review.state
     assert differences(review.state, again) == differences(again, BEN) == {}
     review.undo()
     assert review.state is ADA
@@ -201,7 +201,7 @@ def test_what_the_first_left_undecided_is_taken_unless_it_would_be_added_twice()
     def taken(state, theirs=BEN):
         return {
             j.id: j.reviewer
-            for j in decisions_left_to_second(pair_intervals(state.intervals, theirs.intervals), 20)
+            for j in decisions_only_by_second(pair_intervals(state.intervals, theirs.intervals), 20)
         }
 
     assert taken(ADA) == {4: "Ben", 20: "Ben"}
@@ -328,7 +328,7 @@ def test_a_session_that_does_not_fit_the_clip_is_not_merged(sessions, tmp_path, 
 
 def test_the_report_names_the_reviewer_of_each_decision(sessions, tmp_path, capsys):
     pairs = pair_intervals(ADA.intervals, BEN.intervals)
-    state = Settle(decisions_left_to_second(pairs, ADA.next_id)).apply(ADA)
+    state = Settle(decisions_only_by_second(pairs, ADA.next_id)).apply(ADA)
     state = Decide((3,), R, "Carla", LATER).apply(state)
     write_session(read_bvh(tmp_path / "walk.bvh"), state, sessions[0])
     assert main(["report", str(sessions[0]), "-o", str(tmp_path / "out"), "--no-pictures"]) == 0

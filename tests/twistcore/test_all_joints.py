@@ -14,8 +14,8 @@ from tests.tiers import parametrize
 from tests.twistcore.two_people import two_people
 from twistcore.analysis.clip_analysis import BODY_STEP_DOUBT, analyse
 from twistcore.analysis.correction.twist_removal import automatic_corrections
-from twistcore.batch.clip_severity import severity
-from twistcore.batch.gates import broken_rules, parse_rule
+from twistcore.batch.clip_severity import clip_severity
+from twistcore.batch.gates import broken_rules, parse_batch_rule
 from twistcore.cli import main
 from twistcore.detection import Kind
 from twistcore.detection.all_joints import finders
@@ -24,7 +24,7 @@ from twistcore.export.detection_json import intervals_to_json
 from twistcore.formats.bvh import read_bvh, write_motion
 from twistcore.review import Review, read_session, write_session
 from twistcore.skeleton.rotation import exponential, multiply, normalise
-from twistcore.synthesis.injection import InjectedError, generator, inject
+from twistcore.synthesis.injection import InjectedError, clip_random_generator, inject
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion
 NAMES = WALK.skeleton.names
@@ -136,7 +136,7 @@ def test_a_place_that_jumps_is_found():
     assert finds(motion) == [("place jump", "Hips", 150, 151)]
     (jump,) = analyse(motion).detect()
     assert jump.evidence["way_percent"] == pytest.approx(10.0, abs=1.0)
-    assert severity(analyse(motion).detect()) > 0.0
+    assert clip_severity(analyse(motion).detect()) > 0.0
 
 
 def stepping(frame, degrees=8.0):
@@ -219,7 +219,7 @@ def test_blocks_of_frames_give_the_finds_of_the_whole(monkeypatch, block):
 
 def test_every_joint_has_a_chain_that_lists_it():
     chains = tc.find_chains(WALK)
-    owner = finders.owners(WALK.skeleton, chains)
+    owner = finders.nearest_chain_by_joint(WALK.skeleton, chains)
     assert set(owner) == set(range(len(NAMES)))
     by_name = {NAMES[joint]: chain.name for joint, chain in owner.items()}
     assert by_name["LeftHandIndex1"] == by_name["LeftHand"] == "LeftForeArm"
@@ -259,11 +259,11 @@ def test_rules_count_them_only_by_name():
     motion = turned(turned(WALK, "Neck", 150, 151, 40.0), "LeftToeBase", 200, 201, 70.0)
     found = analyse(motion).detect()
     result = {"intervals": intervals_to_json(found), "frames": WALK.frames, "unchecked": ""}
-    result |= {"severity": severity(found), "affected_frames": 0}
+    result |= {"severity": clip_severity(found), "affected_frames": 0}
     record = SimpleNamespace(name="walk.bvh", state="done", result=result)
 
     def is_broken(rule):
-        return bool(broken_rules([parse_rule(rule)], [record]))
+        return bool(broken_rules([parse_batch_rule(rule)], [record]))
 
     assert not is_broken("count>0")
     assert not is_broken("degrees>0")
@@ -273,7 +273,7 @@ def test_rules_count_them_only_by_name():
 
 def test_severity_counts_them_by_angle_and_by_what_hangs_on_the_joint():
     def bad(joint, degrees):
-        return severity(analyse(turned(WALK, joint, 150, 151, degrees)).detect())
+        return clip_severity(analyse(turned(WALK, joint, 150, 151, degrees)).detect())
 
     assert bad("Spine", 60.0) > bad("Spine", 40.0) > 0.0
     assert bad("Spine", 60.0) > bad("LeftForeArm", 60.0) > bad("LeftToeBase", 60.0) > 0.0
@@ -293,7 +293,7 @@ def test_a_session_keeps_them(tmp_path):
 @pytest.mark.parametrize("name", [*CLEAN, "dance"])
 def test_nearly_all_injected_spikes_are_found(name):
     motion = read_bvh(ASSETS / f"{name}.bvh").motion
-    drawn = draw_spikes(motion, generator(3, name))
+    drawn = draw_spikes(motion, clip_random_generator(3, name))
     assert len(drawn) >= 5
     found = analyse(inject_spikes(motion, drawn)).detect()
     every = motion.skeleton.names

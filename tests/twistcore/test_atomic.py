@@ -11,10 +11,10 @@ import pytest
 
 from twistcore.files.atomic import (
     STANDARD_OUTPUT,
-    destination,
     is_standard_output,
     is_stream,
     move_into_place,
+    resolve_write_path,
     write_atomically,
 )
 
@@ -203,9 +203,9 @@ def test_a_finished_file_takes_its_place(tmp_path):
     end.write_bytes(b"old")
     end.chmod(0o600)
     link.symlink_to("end.mp4")
-    part = destination(link).with_name("part")
+    part = resolve_write_path(link).with_name("part")
     part.write_bytes(b"film")
-    move_into_place(part, destination(link))
+    move_into_place(part, resolve_write_path(link))
     assert link.is_symlink()
     assert (end.read_bytes(), stat.S_IMODE(end.stat().st_mode)) == (b"film", 0o600)
     only(tmp_path, "end.mp4", "link.mp4")

@@ -9,7 +9,7 @@ import pytest
 from benchmarks.severity_order import jumps_a_second
 from tests.conftest import ASSETS
 from tests.twistcore.reviews import find_flips, flip, spun
-from twistcore.batch import survey
+from twistcore.batch import survey_clip
 from twistcore.batch.clip_severity import severity_of_intervals
 from twistcore.detection import Interval, Kind
 from twistcore.formats.bvh import read_bvh
@@ -71,22 +71,22 @@ def test_a_knee_on_the_wrong_side_outweighs_a_small_guess_that_lasts():
 
 def test_flips_of_limbs_make_a_clip_bad(monkeypatch):
     find_flips(monkeypatch, flip(confidence=0.5), flip(start=20, stop=30, open=True))
-    found = survey(ASSETS / "walk.bvh")
+    found = survey_clip(ASSETS / "walk.bvh")
     assert found.intervals == 2
     lasts = found.fps * 0.1
     squares = 0.5 * (8 + lasts) + 0.97 * (10 + lasts)
     assert found.severity == pytest.approx(1.5 * 170.0 * math.sqrt(squares / found.frames))
     high = Profile({"RightUpLeg-RightFoot": np.radians(175.0)})
-    assert survey(ASSETS / "walk.bvh", high).intervals == 0
+    assert survey_clip(ASSETS / "walk.bvh", high).intervals == 0
 
 
 def test_a_clip_in_which_nothing_can_be_checked_is_not_called_clean(tmp_path):
-    assert survey(ASSETS / "walk.bvh").unchecked == ""
+    assert survey_clip(ASSETS / "walk.bvh").unchecked == ""
     lines = (ASSETS / "walk.bvh").read_text("utf-8").splitlines()
     at = next(k for k, line in enumerate(lines) if line.startswith("Frames:"))
     short = [*lines[:at], "Frames: 2", lines[at + 1], *lines[at + 2 : at + 4]]
     (tmp_path / "short.bvh").write_text("\n".join(short) + "\n", "utf-8")
-    told = survey(tmp_path / "short.bvh").unchecked
+    told = survey_clip(tmp_path / "short.bvh").unchecked
     assert told.startswith("2 frames ")
     (tmp_path / "ball.bvh").write_text(
         "HIERARCHY\nROOT Ball\n{\nOFFSET 0 0 0\nCHANNELS 3 Xposition Yposition Zposition\n"
@@ -95,7 +95,7 @@ def test_a_clip_in_which_nothing_can_be_checked_is_not_called_clean(tmp_path):
         * 100,
         "utf-8",
     )
-    assert survey(tmp_path / "ball.bvh").unchecked
+    assert survey_clip(tmp_path / "ball.bvh").unchecked
 
 
 def test_a_plain_count_of_jumps_knows_a_joint_that_jumps():

@@ -15,12 +15,12 @@ from tests.processes import children_of, is_alive, until
 from tests.twistcore.batch_folders import COMMAND, KILL, ROOT, clips, environment
 from tests.twistcore.test_batch_run import results
 from twistcore.batch.clip_task import ClipTask, run_task
-from twistcore.batch.inputs import find_inputs
+from twistcore.batch.inputs import find_input_clips
 from twistcore.batch.manifest import Manifest
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.run import run_batch
 from twistcore.errors import TwistError
-from twistcore.work.processes import each
+from twistcore.work.processes import map_in_processes
 
 pytestmark = [
     pytest.mark.thorough,
@@ -55,9 +55,9 @@ def command(*words):
 
 def finished(folder, out):
     """Run what is left here; the summary."""
-    sources = find_inputs([str(folder)]).sources
+    sources = find_input_clips([str(folder)]).sources
     return run_batch(
-        out, sources, Parameters(refine=True), lambda tasks, _: each(run_task, tasks, 1)
+        out, sources, Parameters(refine=True), lambda tasks, _: map_in_processes(run_task, tasks, 1)
     )
 
 

@@ -16,14 +16,14 @@ from tests.messages import names_in_one_line, numbers
 from tests.twistcore.batch_folders import COMMAND, clips, environment
 from twistcore.batch import survey_folder
 from twistcore.batch.clip_task import run_task
-from twistcore.batch.inputs import Source, find_inputs, with_stored_names
+from twistcore.batch.inputs import Source, assign_batch_names, find_input_clips
 from twistcore.batch.manifest import Manifest
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.run import run_batch
 from twistcore.batch.run_plan import shard_sources
 from twistcore.cli import main
 from twistcore.errors import TwistError
-from twistcore.work.processes import each
+from twistcore.work.processes import map_in_processes
 
 
 @pytest.fixture
@@ -39,7 +39,7 @@ def folder(tmp_path, monkeypatch):
 
 
 def names(*words, without=None):
-    return sorted(source.name for source in find_inputs(words, without).sources)
+    return sorted(source.name for source in find_input_clips(words, without).sources)
 
 
 def test_folders_files_and_patterns(folder):
@@ -75,14 +75,14 @@ def test_lists(folder, monkeypatch):
     monkeypatch.setattr("sys.stdin", io.StringIO("\ufeffa/deep\r\na/y.BVH\r\n"))
     assert names("-") == ["x.bvh", "y.BVH"]
     with pytest.raises(TwistError, match="nolist: "):
-        find_inputs(["@nolist"])
+        find_input_clips(["@nolist"])
 
 
 def test_where_there_is_nothing(folder):
     (folder / "none").mkdir()
     with pytest.raises(TwistError, match="none: "):
-        find_inputs(["none"])
-    found = find_inputs(["none", "*.bvh", "a"])
+        find_input_clips(["none"])
+    found = find_input_clips(["none", "*.bvh", "a"])
     assert len(found.problems) == 2
     assert len(found.sources) == 3
 
@@ -92,16 +92,16 @@ def test_what_a_batch_has_written_is_no_input(folder):
     out = folder / "in" / "out"
 
     def here(tasks, seconds):
-        return each(run_task, tasks, 1)
+        return map_in_processes(run_task, tasks, 1)
 
-    run_batch(out, find_inputs(["in"], out).sources, Parameters(refine=True), here)
+    run_batch(out, find_input_clips(["in"], out).sources, Parameters(refine=True), here)
     assert (out / "corrected" / made[0].name).exists()
     assert names("in", without=out) == [made[0].name]
     assert names("in") == [made[0].name]  # that of another run is none, either
     assert names("in/**/*.bvh", without=out) == [made[0].name]
     assert names("a", without=folder / "a" / "deep") == ["x.bvh", "y.BVH"]
     with pytest.raises(TwistError, match="outside"):
-        find_inputs([str(out / "corrected")], out)
+        find_input_clips([str(out / "corrected")], out)
     assert names(str(out / "corrected")) == [made[0].name]  # unless it is asked for
 
 
@@ -126,11 +126,11 @@ def test_exports_beside_their_sources_are_taken_only_if_named(folder):
     (folder / "b/x_refined.bvh").write_text("HIERARCHY other")  # by another program
     rest = ["deep/x.bvh", "far.bvh", "x.bvh", "y.BVH"]
     assert names("a") == rest
-    assert find_inputs(["a"]).exports == 3
+    assert find_input_clips(["a"]).exports == 3
     assert names("a/**/*.bvh") == [name for name in rest if name != "y.BVH"]
     assert names("a/o*.bvh") == ["one.bvh"]  # without its source it was asked for
     assert names("a", "a/one.bvh") == sorted([*rest, "one.bvh"])
-    assert find_inputs(["a", "a/one.bvh"]).exports == 2
+    assert find_input_clips(["a", "a/one.bvh"]).exports == 2
     assert names("b") == ["folder.bvh/z.bvh", "x.bvh", "x_refined.bvh"]
 
 
@@ -169,9 +169,9 @@ def test_a_pattern_over_folders_takes_what_a_folder_does(tmp_path, monkeypatch, 
     clips(tmp_path / "in" / "d" / "e", ASSETS / "walk_injected.bvh", 1, 40)
     run_batch(
         tmp_path / "in" / "out",
-        find_inputs(["in"]).sources,
+        find_input_clips(["in"]).sources,
         Parameters(refine=True),
-        lambda tasks, _: each(run_task, tasks, 1),
+        lambda tasks, _: map_in_processes(run_task, tasks, 1),
     )
     Path("in/d/up").symlink_to("..")
     Path("in/again").symlink_to("d/e")
@@ -180,9 +180,11 @@ def test_a_pattern_over_folders_takes_what_a_folder_does(tmp_path, monkeypatch, 
 
 
 def test_a_name_that_was_given_stays(folder):
-    first = with_stored_names(find_inputs(["b"]).sources, {})
+    first = assign_batch_names(find_input_clips(["b"]).sources, {})
     given = {source.path: source.name for source in first}
-    later = {s.path: s.name for s in with_stored_names(find_inputs(["a", "b"]).sources, given)}
+    later = {
+        s.path: s.name for s in assign_batch_names(find_input_clips(["a", "b"]).sources, given)
+    }
     assert {path: later[path] for path in given} == given
     assert len({name.casefold() for name in later.values()}) == len(later) == 5
 
@@ -193,7 +195,7 @@ texts = st.text("aAb.", min_size=1, max_size=3)
 @given(st.lists(st.tuples(texts, texts), max_size=12), st.integers(1, 4))
 def test_names_differ_and_every_clip_is_in_one_shard(pairs, count):
     sources = [Source(f"/r{k}/{a}/{b}.bvh", f"{b}.bvh") for k, (a, b) in enumerate(pairs)]
-    named = with_stored_names(sources, {})
+    named = assign_batch_names(sources, {})
     assert len({source.name.casefold() for source in named}) == len(sources)
     parts = [shard_sources(named, k, count) for k in range(1, count + 1)]
     assert sorted(s.path for part in parts for s in part) == sorted(s.path for s in sources)
@@ -204,7 +206,7 @@ def test_a_shard_goes_by_names_wherever_the_folder_lies(tmp_path):
     parts = []
     for root in ("a", "b/c"):
         made = clips(tmp_path / root, ASSETS / "walk_injected.bvh", 8, 1)
-        sources = find_inputs([str(made[0].parent)]).sources
+        sources = find_input_clips([str(made[0].parent)]).sources
         parts.append([[s.name for s in shard_sources(sources, k, 2)] for k in (1, 2)])
     assert parts[0] == parts[1]
     assert all(parts[0])

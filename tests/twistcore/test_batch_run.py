@@ -16,7 +16,7 @@ from tests.twistcore import amc_files
 from tests.twistcore.batch_folders import ROOT, as_its_name_says, clips
 from tests.twistcore.reviews import find_flips, flip
 from twistcore.batch.clip_task import run_task
-from twistcore.batch.inputs import find_inputs
+from twistcore.batch.inputs import find_input_clips
 from twistcore.batch.manifest import Manifest, is_batch_folder
 from twistcore.batch.parameters import DEFAULT_METHOD, Parameters
 from twistcore.batch.run import Limits, run_batch
@@ -24,23 +24,27 @@ from twistcore.cli import main
 from twistcore.detection import DEFAULT_METHOD as METHOD
 from twistcore.errors import TwistError
 from twistcore.formats.suffixes import CLIP_SUFFIXES
-from twistcore.work.processes import ProcessTimeError, each
+from twistcore.work.processes import ProcessTimeError, map_in_processes
 
 DIRTY = ASSETS / "walk_injected.bvh"
 
 
 def here(tasks, seconds, work=run_task):
     """Tasks one after the other in this process; ones that fail apart."""
-    return each(work, tasks, 1)
+    return map_in_processes(work, tasks, 1)
 
 
 def apart(work, workers=2):
-    return lambda tasks, seconds: each(work, tasks, workers, apart=True, seconds=seconds)
+    return lambda tasks, seconds: map_in_processes(
+        work, tasks, workers, apart=True, seconds=seconds
+    )
 
 
 def run(folder, out, carry_out=here, **more):
     parameters = more.pop("parameters", Parameters())
-    return run_batch(out, find_inputs([str(folder)], out).sources, parameters, carry_out, **more)
+    return run_batch(
+        out, find_input_clips([str(folder)], out).sources, parameters, carry_out, **more
+    )
 
 
 def _patience(task):
@@ -110,7 +114,7 @@ def test_a_clip_that_fails_costs_itself_alone(tmp_path):
 
     def carry_out(tasks, seconds):
         assert seconds(tasks[0]) > 300.0
-        return each(as_its_name_says, tasks, 2, apart=True, seconds=_patience)
+        return map_in_processes(as_its_name_says, tasks, 2, apart=True, seconds=_patience)
 
     summary = run(folder, out, carry_out, limits=Limits(memory=300_000_000))
     assert (summary.done, len(summary.failed)) == (4, 5)

@@ -13,13 +13,13 @@ from tests.tiers import parametrize
 from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.cli import main
 from twistcore.detection import DETECTORS
-from twistcore.detection.cuts import leading_frames
+from twistcore.detection.cuts import count_leading_rest_frames
 from twistcore.detection.evidence import ChainSignals
 from twistcore.errors import FormatError
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.rotation import (
-    continuous_signs,
+    continuous_quaternion_signs,
     geodesic_angle,
     normalise,
     quaternion_from_axis_angle,
@@ -27,22 +27,26 @@ from twistcore.skeleton.rotation import (
 )
 from twistcore.study.benchmark import runner
 from twistcore.study.benchmark.baselines import BASELINES
-from twistcore.study.benchmark.clip_run import BenchmarkSettings, result_from_json, run_clip
-from twistcore.study.benchmark.clip_scene import make_scene
+from twistcore.study.benchmark.clip_run import (
+    BenchmarkSettings,
+    benchmark_result_from_json,
+    run_clip_benchmark,
+)
+from twistcore.study.benchmark.clip_scene import make_clean_scene
 from twistcore.study.benchmark.filtering_cost import measure_fidelity
 from twistcore.study.benchmark.hinge import hinge_offsets
-from twistcore.study.benchmark.markdown import benchmark_to_markdown, table
+from twistcore.study.benchmark.markdown import aligned_markdown_table, benchmark_to_markdown
 from twistcore.study.benchmark.passes import (
-    all_methods,
-    apply_method,
-    clean_run,
+    apply_benchmark_method,
+    benchmark_method_names,
     draw_pass_errors,
-    run_item,
+    run_benchmark_passes,
+    run_on_clean_motion,
 )
 from twistcore.study.benchmark.runner import run_benchmark
-from twistcore.study.benchmark.tables import benchmark_to_json, make_rows
+from twistcore.study.benchmark.tables import benchmark_rows, benchmark_to_json
 from twistcore.study.benchmark.tally import MICRO, Tally
-from twistcore.study.evaluation import match_intervals, measure_clip, summarise
+from twistcore.study.evaluation import match_intervals, measure_corrected_clip, summarise_samples
 from twistcore.synthesis import Truth, inject, parse_protocol
 
 CLIPS = {name: ASSETS / name for name in ("basketball.bvh", "walk.bvh")}
@@ -51,7 +55,7 @@ QUICK = BenchmarkSettings(("P0",), ("paper", "savgol"), (1,))
 
 @pytest.fixture(scope="module")
 def scene(walk):
-    return make_scene("walk.bvh", walk.motion, parse_protocol("P0"))
+    return make_clean_scene("walk.bvh", walk.motion, parse_protocol("P0"))
 
 
 def document(summary, settings=QUICK):
@@ -73,13 +77,15 @@ def test_a_pass_counts_what_evaluation_measures(scene, method):
     for index, targets in scene.passes():
         errors = draw_pass_errors(scene, index, targets, 7)
         dirty = inject(motion, scene.chains, errors)
-        refined = apply_method(method, dirty, scene.chains, errors)
+        refined = apply_benchmark_method(method, dirty, scene.chains, errors)
         truth = Truth("walk.bvh", "P0", 7, motion.frames, motion.fps, errors)
         samples.append(
-            measure_clip(truth, motion, motion.with_rotations(refined.rotations), scene.chains)
+            measure_corrected_clip(
+                truth, motion, motion.with_rotations(refined.rotations), scene.chains
+            )
         )
-    known = summarise(samples)
-    ours = sum(run_item(scene, method, 7).values(), Tally())
+    known = summarise_samples(samples)
+    ours = sum(run_benchmark_passes(scene, method, 7).values(), Tally())
     assert ours.frames == known.overall.frames
     assert 100.0 * ours.repaired / ours.frames == pytest.approx(known.overall.fsr_percent)
     assert ours.after / ours.frames / MICRO == pytest.approx(known.overall.mae_after_deg, abs=1e-6)
@@ -97,7 +103,7 @@ def test_a_limb_alone_is_analysed_as_in_the_whole_body(scene, method):
     group = next(group for group in scene.groups if targets[0] in group)
     every = (*scene.chains, *scene.limbs)
     dirty = inject(scene.motion, scene.chains, errors)
-    alone, whole = (apply_method(method, dirty, c, errors) for c in (group, every))
+    alone, whole = (apply_benchmark_method(method, dirty, c, errors) for c in (group, every))
     for chain in group:
         assert alone.found[chain.name] == whole.found[chain.name]
         np.testing.assert_array_equal(
@@ -123,14 +129,14 @@ def test_groups_of_a_body(scene):
 
 
 def test_a_leading_pose_is_dropped_and_motion_is_not(walk):
-    moving = walk.motion.sliced(leading_frames(walk.motion), walk.motion.frames)
-    assert leading_frames(moving) == 0
+    moving = walk.motion.sliced(count_leading_rest_frames(walk.motion), walk.motion.frames)
+    assert count_leading_rest_frames(moving) == 0
     posed = np.concatenate([moving.rotations[:3] * 0.0, moving.rotations])
     posed[:3, :, 0] = 1.0
     turned = moving.rotations.copy()  # far from the T-pose in every joint
     turned = np.concatenate([posed[:3], normalise(turned + np.array([0.0, 1.0, 1.0, 0.0]))], axis=0)
     positions = np.concatenate([moving.positions[:3], moving.positions])
-    assert leading_frames(replace(moving, rotations=turned, positions=positions)) == 3
+    assert count_leading_rest_frames(replace(moving, rotations=turned, positions=positions)) == 3
 
 
 @pytest.mark.parametrize("name", BASELINES)
@@ -156,14 +162,15 @@ def test_continuous_changes_signs_only():
     q = np.cumsum(rng.normal(size=(50, 2, 4)) * 0.1, axis=0)
     q[..., 0] += 2.0
     mixed = q * rng.choice([-1.0, 1.0], size=(50, 2, 1))
-    out = continuous_signs(mixed)
+    out = continuous_quaternion_signs(mixed)
     assert (np.abs(out) == np.abs(q)).all()
     assert (np.einsum("tji,tji->tj", out[:-1], out[1:]) > 0.0).all()
 
 
 def test_a_causal_low_pass_lags_and_flattens_and_the_detectors_do_not(scene):
     measured = {
-        m: measure_fidelity(scene, clean_run(scene, m).outcome.rotations) for m in all_methods()
+        m: measure_fidelity(scene, run_on_clean_motion(scene, m).outcome.rotations)
+        for m in benchmark_method_names()
     }
     assert measured["butterworth-causal"].lag > 40_000
     assert abs(measured["butterworth"].lag) < 8_000
@@ -175,15 +182,18 @@ def test_a_causal_low_pass_lags_and_flattens_and_the_detectors_do_not(scene):
 
 @pytest.mark.thorough
 def test_every_method_on_a_clip():
-    settings = BenchmarkSettings(("P0", "H8", "H10", "rich+H1"), all_methods(), (1,))
-    result = run_clip(CLIPS["walk.bvh"], "walk.bvh", settings)
+    settings = BenchmarkSettings(("P0", "H8", "H10", "rich+H1"), benchmark_method_names(), (1,))
+    result = run_clip_benchmark(CLIPS["walk.bvh"], "walk.bvh", settings)
     assert not result.problems
-    assert result_from_json(json.loads(json.dumps(result.to_json()))).to_json() == result.to_json()
+    assert (
+        benchmark_result_from_json(json.loads(json.dumps(result.to_json()))).to_json()
+        == result.to_json()
+    )
     summary = runner.BenchmarkSummary()
     summary.add(result)
     rows = {
         (r.protocol, r.method): r.to_json()
-        for r in make_rows(summary, settings)
+        for r in benchmark_rows(summary, settings)
         if (r.side, r.segment, r.audited) == ("", "Overall", False)
     }
     for protocol in ("P0", "H8", "rich+H1"):
@@ -222,9 +232,9 @@ def test_an_interrupted_run_keeps_what_is_done_and_resumes(tmp_path, monkeypatch
         if done:
             raise KeyboardInterrupt
         done.append(name)
-        return run_clip(path, name, settings)
+        return run_clip_benchmark(path, name, settings)
 
-    monkeypatch.setattr(runner, "run_clip", once)
+    monkeypatch.setattr(runner, "run_clip_benchmark", once)
     stopped = run_benchmark(CLIPS, QUICK, workers=1, partial=part)
     assert (stopped.clips, stopped.missing) == (1, 1)
     with part.open("a") as file:
@@ -234,9 +244,9 @@ def test_an_interrupted_run_keeps_what_is_done_and_resumes(tmp_path, monkeypatch
 
     def seen(path, name, settings):
         ran.append(name)
-        return run_clip(path, name, settings)
+        return run_clip_benchmark(path, name, settings)
 
-    monkeypatch.setattr(runner, "run_clip", seen)
+    monkeypatch.setattr(runner, "run_clip_benchmark", seen)
     resumed = run_benchmark(CLIPS, QUICK, workers=1, partial=part, resume=True)
     assert ran == [name for name in CLIPS if name not in done]
     assert document(resumed) == document(run_benchmark(CLIPS, QUICK, workers=1))
@@ -283,18 +293,18 @@ def test_refused_in_one_line(words, said, capsys):
 
 
 def test_a_table_lines_up():
-    assert table(["a", "n"], [["x", "1.0"], ["yy", "-10.25"]]) == (
+    assert aligned_markdown_table(["a", "n"], [["x", "1.0"], ["yy", "-10.25"]]) == (
         "| a  |      n |\n|----|-------:|\n| x  |    1.0 |\n| yy | -10.25 |"
     )
 
 
 @pytest.mark.thorough
 def test_a_tau_that_is_given_is_the_one_that_is_judged(walk):
-    scene = make_scene("walk", walk.motion, parse_protocol("P0"))
+    scene = make_clean_scene("walk", walk.motion, parse_protocol("P0"))
 
     def repaired(tau):
         total = Tally()
-        for tally in run_item(scene, "consistency", 3, tau=tau).values():
+        for tally in run_benchmark_passes(scene, "consistency", 3, tau=tau).values():
             total += tally
         return total.repaired, total.frames
 
@@ -318,5 +328,5 @@ def test_the_hinge_repairs_a_bent_limb_and_takes_pronation_for_an_error():
     found = hinge_offsets(wrong, [thigh, replace(hand, grandchild=-1)])
     assert set(found) == {thigh.name}
     np.testing.assert_allclose(found[thigh.name][bent], 0.5, atol=0.05)
-    outcome = apply_method("hinge", wrong, [thigh])
+    outcome = apply_benchmark_method("hinge", wrong, [thigh])
     assert np.abs(outcome.rotations - motion.rotations)[bent].max() < 0.05

@@ -13,7 +13,7 @@ from tests.conftest import ASSETS
 from tests.twistcore.blender import blender, needs_blender
 from tests.twistcore.reviews import CLIP, fresh
 from twistcore.cli.parser import make_parser
-from twistcore.formats.reading import file_prefix
+from twistcore.formats.reading import companion_file_prefix
 from twistcore.review import write_session
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -109,7 +109,7 @@ def test_each_action_of_each_armature_has_a_clip_and_the_windows_session(addon):
     assert len({addon.clip_path("/x/s.blend", *two) for two in (("a.b", "c"), ("a", "b.c"))}) == 2
     for clip in clips:
         assert clip.parent == Path("/x")
-        assert addon.session_path(clip).name == file_prefix(clip) + ".twist.json"
+        assert addon.session_path(clip).name == companion_file_prefix(clip) + ".twist.json"
 
 
 @pytest.mark.parametrize("name", ODD)

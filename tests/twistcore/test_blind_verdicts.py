@@ -9,7 +9,7 @@ from benchmarks.atlas import VERDICTS
 from benchmarks.atlas import main as atlas
 from benchmarks.blind_verdicts import agreed, judged, main, reliability
 from tests.conftest import ASSETS
-from twistcore.tuning.learned_confidence import expected_error
+from twistcore.tuning.learned_confidence import expected_calibration_error
 
 E, D, A = VERDICTS
 
@@ -23,9 +23,9 @@ def test_reliability_compares_confidence_with_the_share_of_errors():
     rows += [{"confidence": "0.2", "verdict": A}] * 10 + [{"confidence": "0.5", "verdict": D}] * 5
     bins = reliability(rows, 2)
     assert [(b.count, b.was) for b in bins] == [(10, 0.0), (10, 0.9)]
-    assert expected_error(bins) == pytest.approx(0.1)
+    assert expected_calibration_error(bins) == pytest.approx(0.1)
     assert all(b.low <= b.was <= b.high for b in bins)
-    assert expected_error([]) == 0.0
+    assert expected_calibration_error([]) == 0.0
 
 
 @pytest.fixture

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from tests.messages import names_in_one_line
-from twistcore.skeleton.body import has_length
+from twistcore.skeleton.body import is_offset_long_enough
 from twistcore.skeleton.chain import (
     Chain,
-    chains_by_limb,
     find_chains,
+    group_connected_chains,
     make_chain,
     uncorrectable_joints,
 )
@@ -198,11 +198,11 @@ def test_a_line_much_shorter_than_the_longest_is_no_limb(length, expected):
 def test_a_bone_that_has_length_in_some_frame_counts():
     skeleton = lines(1.0).skeleton
     places = np.zeros((4, 3))
-    assert not has_length(skeleton, places)
+    assert not is_offset_long_enough(skeleton, places)
     places[2] = 1.3e-5, 0, 0
-    assert has_length(skeleton, places)
+    assert is_offset_long_enough(skeleton, places)
     places[2] = 1.1e-5, 0, 0
-    assert not has_length(skeleton, places)
+    assert not is_offset_long_enough(skeleton, places)
 
 
 # -- what belongs together -------------------------------------------------------------------------
@@ -217,7 +217,7 @@ def test_chains_that_turn_a_joint_in_common_are_a_limb_in_the_order_of_their_las
     def grouped(*parents):
         return [
             [c.parent for c in group]
-            for group in chains_by_limb(skeleton, list(map(chain, parents)))
+            for group in group_connected_chains(skeleton, list(map(chain, parents)))
         ]
 
     assert grouped() == []

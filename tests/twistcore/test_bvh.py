@@ -12,8 +12,8 @@ from tests.tiers import examples
 from tests.twistcore.strategies import orders, quaternions
 from twistcore.errors import BvhError
 from twistcore.formats.bvh import decimated, parse_bvh, read_bvh
-from twistcore.formats.bvh.euler_branch import continuous_angles
-from twistcore.formats.clip import rewritten, write_clip
+from twistcore.formats.bvh.euler_branch import continuous_euler_angles
+from twistcore.formats.clip import patch_clip, write_clip
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import geodesic_angle, multiply, quaternion_from_euler
 
@@ -77,7 +77,7 @@ def test_written_rotations_are_read_back(order, rotations, data):
     stop = data.draw(st.integers(first + 1, len(rotations)))
     q[first:stop, 1] = rotations[first:stop]
     moved = clip.motion.with_rotations(q)
-    again = parse_bvh(rewritten(clip, moved).data)
+    again = parse_bvh(patch_clip(clip, moved).data)
     assert geodesic_angle(again.motion.rotations, q).max() < 1e-6
     np.testing.assert_array_equal(again.values[:, :6], clip.values[:, :6])
 
@@ -90,7 +90,7 @@ def test_line_ends_are_kept(newline):
     q = clip.motion.rotations.copy()
     q[1, 1] = [0.5, 0.5, 0.5, 0.5]
     moved = clip.motion.with_rotations(q)
-    data = rewritten(clip, moved).data
+    data = patch_clip(clip, moved).data
     assert data.count(newline.encode()) == clip.data.count(newline.encode())
     before, after = clip.data.split(), data.split()
     assert len(before) == len(after)
@@ -127,7 +127,7 @@ def test_a_slow_turn_is_written_without_jumps():
         quaternion_from_euler("ZYX", np.stack([t, zero, zero], axis=1)),
         quaternion_from_euler("ZYX", np.stack([zero, 0.5 * np.sin(t), 0.3 * t], axis=1)),
     )
-    angles = continuous_angles("ZYX", q, np.zeros((len(q), 3)), np.zeros(3), None)
+    angles = continuous_euler_angles("ZYX", q, np.zeros((len(q), 3)), np.zeros(3), None)
     assert np.abs(np.diff(angles, axis=0)).max() < 0.1
 
 

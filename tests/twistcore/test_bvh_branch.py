@@ -12,8 +12,12 @@ from tests.tiers import examples, parametrize
 from tests.twistcore.strategies import orders, quaternions
 from twistcore.cli import main
 from twistcore.formats.bvh import parse_bvh, read_bvh, write_motion
-from twistcore.formats.bvh.euler_branch import _cheapest_path, angle_jumps, continuous_angles
-from twistcore.formats.clip import changed_rotations, rewritten
+from twistcore.formats.bvh.euler_branch import (
+    _cheapest_path,
+    continuous_euler_angles,
+    euler_angle_jumps,
+)
+from twistcore.formats.clip import changed_rotations, patch_clip
 from twistcore.skeleton.rotation import (
     euler_from_quaternion,
     exponential,
@@ -73,7 +77,7 @@ def test_no_way_between_the_fixed_edges_is_shorter(order, run, before, after, tu
     if np.abs(np.cos(first[:, 1])).min() < 1e-3:
         return
     second = np.stack([first[:, 0] + np.pi, np.pi - first[:, 1], first[:, 2] + np.pi], axis=1)
-    found = continuous_angles(order, q, np.zeros((len(q), 3)), before, after)
+    found = continuous_euler_angles(order, q, np.zeros((len(q), 3)), before, after)
     assert geodesic_angle(quaternion_from_euler(order, found), q).max() < 1e-6
     least = shortest(np.stack([first, second], axis=1), before, after)
     assert length(np.vstack([before, found, after])) <= least + 1e-6
@@ -100,9 +104,9 @@ def test_a_jump_that_must_stay_is_reported():
     """Both edges a turn apart and a constant pose between: one step has to take the turn."""
     q = np.tile([1.0, 0.0, 0.0, 0.0], (5, 1))
     before, after = np.zeros(3), np.array([0.0, 0.0, 2 * np.pi])
-    found = continuous_angles("ZYX", q, np.zeros((5, 3)), before, after)
+    found = continuous_euler_angles("ZYX", q, np.zeros((5, 3)), before, after)
     steps = np.diff(np.vstack([before, found, after]), axis=0)
-    ((row, channel),) = angle_jumps(found, before, after)
+    ((row, channel),) = euler_angle_jumps(found, before, after)
     assert channel == 2
     assert steps[row, channel] == pytest.approx(2 * np.pi)
     steps[row, channel] = 0.0
@@ -114,8 +118,8 @@ def test_a_long_run_with_a_turn_left_over_is_quick():
     t = np.linspace(0, 2 * np.pi, 3000)
     angles = np.stack([t, 0.3 * np.sin(t), 0 * t], axis=1)
     q = quaternion_from_euler("ZYX", angles)
-    found = continuous_angles("ZYX", q, np.zeros((len(q), 3)), np.zeros(3), np.zeros(3))
-    assert len(angle_jumps(found, np.zeros(3), np.zeros(3))) == 1
+    found = continuous_euler_angles("ZYX", q, np.zeros((len(q), 3)), np.zeros(3), np.zeros(3))
+    assert len(euler_angle_jumps(found, np.zeros(3), np.zeros(3))) == 1
 
 
 # -- every frame is written anew: only the file's own angles say which curves are meant -----------
@@ -178,7 +182,7 @@ def test_a_clip_turned_slightly_everywhere_keeps_its_curves(order, beyond, tmp_p
         rng = np.random.default_rng(seed)
         turn = exponential(np.radians(0.5) * rng.standard_normal((1, len(clip.channels), 3)))
         moved = clip.motion.with_rotations(multiply(turn, clip.motion.rotations))
-        again = parse_bvh(rewritten(clip, moved).data)
+        again = parse_bvh(patch_clip(clip, moved).data)
         assert furthest(clip, again) < 60.0
         assert geodesic_angle(again.motion.rotations, moved.rotations).max() < 1e-6
 
@@ -201,12 +205,14 @@ def test_noise_of_rounding_does_not_change_the_branch(order, n, beyond, turn, da
     q = multiply(quaternion_from_euler(order, own), exponential(axis[None]))
     if np.abs(np.cos(euler_from_quaternion(order, q)[:, 1])).min() < 1e-2:
         return
-    found = continuous_angles(order, q, own, None, None)
+    found = continuous_euler_angles(order, q, own, None, None)
     assert geodesic_angle(quaternion_from_euler(order, found), q).max() < 1e-6
     if turn == 0.0:
         np.testing.assert_allclose(found, own, atol=1e-6)
     noisy = multiply(exponential(1e-9 * rng.standard_normal((n, 3))), q)
-    np.testing.assert_allclose(continuous_angles(order, noisy, own, None, None), found, atol=1e-5)
+    np.testing.assert_allclose(
+        continuous_euler_angles(order, noisy, own, None, None), found, atol=1e-5
+    )
 
 
 @pytest.mark.parametrize("axis", range(3))
@@ -219,7 +225,7 @@ def test_frames_turned_over_do_not_choose_the_branch(axis):
     own = np.unwrap(euler_from_quaternion("ZXY", over), axis=0)
     own += right[-1] - own[-1] - wrap(right[-1] - own[-1])
     own[60:] = right[60:]
-    np.testing.assert_allclose(continuous_angles("ZXY", q, own, None, None), right, atol=1e-6)
+    np.testing.assert_allclose(continuous_euler_angles("ZXY", q, own, None, None), right, atol=1e-6)
 
 
 def test_a_turn_over_the_pole_does_not_leave_the_file_behind():
@@ -231,10 +237,10 @@ def test_a_turn_over_the_pole_does_not_leave_the_file_behind():
     )
     own = np.unwrap(euler_from_quaternion("ZXY", tilted), axis=0)
     assert own[-1, 1] < np.pi / 2  # though the rotations go on
-    found = continuous_angles("ZXY", q, own, None, None)
+    found = continuous_euler_angles("ZXY", q, own, None, None)
     away = np.abs(np.cos(s)) > 0.3
     assert np.degrees(np.abs(found - own)[away]).max() < 30.0
-    assert not angle_jumps(found, None, None)
+    assert not euler_angle_jumps(found, None, None)
 
 
 def test_a_file_that_wraps_is_written_without_jumps_on_the_turn_of_most_frames():
@@ -242,8 +248,8 @@ def test_a_file_that_wraps_is_written_without_jumps_on_the_turn_of_most_frames()
     angles = np.stack([t, 0.3 * np.sin(t), 0.2 * t], axis=1)
     own = angles + 2 * np.pi * np.stack([-1.0 * (t > np.pi), 0 * t, 2 * (t > np.pi / 2)], axis=1)
     q = multiply(exponential(np.full((1, 3), 1e-3)), quaternion_from_euler("ZYX", angles))
-    found = continuous_angles("ZYX", q, own, None, None)
-    assert not angle_jumps(found, None, None)
+    found = continuous_euler_angles("ZYX", q, own, None, None)
+    assert not euler_angle_jumps(found, None, None)
     turns = np.array([0.0, 0.0, 4 * np.pi])
     np.testing.assert_allclose(found, angles + turns, atol=0.1)
 
@@ -252,5 +258,5 @@ def test_in_gimbal_lock_the_third_angle_is_the_file_s():
     own = np.stack([np.linspace(0.0, 2.0, 9), np.full(9, np.pi / 2), np.linspace(3.0, 4.0, 9)], 1)
     q = quaternion_from_euler("ZXY", own)
     for before in (None, own[0]):
-        found = continuous_angles("ZXY", q, own, before, None)
+        found = continuous_euler_angles("ZXY", q, own, before, None)
         np.testing.assert_allclose(found, own, atol=1e-6)

@@ -18,7 +18,7 @@ from twistcore.formats.bvh.numbers import (
     _exact,
     _read_block,
     _spans,
-    read_numbers,
+    parse_motion_numbers,
 )
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import multiply, quaternion_from_euler, rotate
@@ -48,14 +48,14 @@ def text_of(tokens, draw):
 @given(st.lists(decimals, min_size=1, max_size=60), st.data())
 def test_uniform_decimals_are_exact(tokens, data):
     text = text_of(tokens, data)
-    np.testing.assert_array_equal(read_numbers(text, 0).values, [float(t) for t in tokens])
+    np.testing.assert_array_equal(parse_motion_numbers(text, 0).values, [float(t) for t in tokens])
 
 
 @settings(max_examples=examples(150))
 @given(st.lists(any_plain, min_size=1, max_size=60), st.data())
 def test_any_decimals_are_exact(tokens, data):
     text = text_of(tokens, data)
-    numbers = read_numbers(text, 0)
+    numbers = parse_motion_numbers(text, 0)
     np.testing.assert_array_equal(numbers.values, [float(t) for t in tokens])
     lines = text.decode().replace("\r\n", "\n\n").replace("\r", "\n").split("\n")
     np.testing.assert_array_equal(numbers.lines, np.cumsum([len(x.split()) for x in lines])[:-1])
@@ -64,7 +64,7 @@ def test_any_decimals_are_exact(tokens, data):
 def assert_read_as_by_float(text):
     """The numbers to the bit and the line breaks, or the same first token that is none."""
     outcomes = []
-    for read in (lambda: read_numbers(text, 0), lambda: _exact(text, 0, len(text))):
+    for read in (lambda: parse_motion_numbers(text, 0), lambda: _exact(text, 0, len(text))):
         try:
             numbers = read()
         except BadNumberError as error:
@@ -126,7 +126,7 @@ def test_what_is_no_number_is_named_with_its_place(token, place, usual):
     tokens[place] = token
     text = " ".join(tokens).encode()
     with pytest.raises(BadNumberError) as caught:
-        read_numbers(text, 0)
+        parse_motion_numbers(text, 0)
     at = len(" ".join([*tokens[:place], ""]).encode())
     assert caught.value.offset == at
     assert text[at:].startswith(caught.value.token)
@@ -139,7 +139,7 @@ def test_blocks_meet_without_a_seam(monkeypatch):
         values = rng.normal(0, 60, 5000)
         tokens = [form % v for v in values]
         text = "".join(t + (" ", "\n", " \r\n")[k % 3] for k, t in enumerate(tokens)).encode()
-        numbers = read_numbers(text, 0)
+        numbers = parse_motion_numbers(text, 0)
         np.testing.assert_array_equal(numbers.values, [float(t) for t in tokens])
 
 
@@ -149,7 +149,7 @@ def test_line_breaks_are_counted_from_the_start_of_the_text(monkeypatch, odd):
     monkeypatch.setattr("twistcore.formats.bvh.numbers._BLOCK", 31)
     rows = [b"1.25 -7.5 " + odd, b"", b"0.5"] * 9
     head = b"Frame Time: 0.1\n"
-    numbers = read_numbers(head + b"\n".join(rows) + b"\n", len(head))
+    numbers = parse_motion_numbers(head + b"\n".join(rows) + b"\n", len(head))
     assert numbers.lines.tolist() == np.cumsum([len(r.split()) for r in rows]).tolist()
     assert numbers.lines.dtype == np.int64
     by_float = _exact(head + b"\n".join(rows) + b"\n", len(head), len(head) + 500)
@@ -165,10 +165,10 @@ def test_room_is_made_for_somewhat_more_numbers_than_there_are(monkeypatch, star
     """Guessed from the first of them; where they stand closer later on, room is added."""
     monkeypatch.setattr("twistcore.formats.bvh.numbers._BLOCK", 20000)
     text = b"x" * start + token.encode() * many
-    room = read_numbers(text, start).values.base
+    room = parse_motion_numbers(text, start).values.base
     assert many <= room.size <= 1.08 * many + 80
     closer = b"x" * start + b"-1.123456 " * 2000 + b"1 " * 50000
-    numbers = read_numbers(closer, start)
+    numbers = parse_motion_numbers(closer, start)
     assert numbers.values.tolist() == [-1.123456] * 2000 + [1.0] * 50000
     assert 52000 <= numbers.values.base.size <= 1.125 * 52000
 
@@ -185,7 +185,7 @@ def test_blocks_are_as_long_as_wanted_and_end_behind_a_number(monkeypatch, gap):
         assert text[b - 1 : b] in b" \n\t\r"
     assert list(_spans(text, 5, 30)) == [(5, 30)]
     told = []
-    read_numbers(text, 5, told.append)
+    parse_motion_numbers(text, 5, told.append)
     assert told == pytest.approx([(b - 5) / (len(text) - 5) for _, b in spans])
 
 
@@ -200,14 +200,14 @@ def test_exponents_and_plus_signs_are_read_together_and_only_what_is_left_one_by
 
 def test_of_no_text_there_are_no_numbers():
     for text, start in ((b"", 0), (b"Frame", 5)):
-        numbers = read_numbers(text, start)
+        numbers = parse_motion_numbers(text, start)
         assert (len(numbers.values), len(numbers.lines)) == (0, 0)
         assert numbers.lines.dtype == np.int64
 
 
 def test_a_bad_number_keeps_its_place_from_process_to_process():
     with pytest.raises(BadNumberError) as caught:
-        read_numbers(b"1.5 2.5 abc", 0)
+        parse_motion_numbers(b"1.5 2.5 abc", 0)
     sent = pickle.loads(pickle.dumps(caught.value))
     assert (sent.offset, sent.token) == (8, b"abc")
 

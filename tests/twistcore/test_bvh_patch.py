@@ -9,7 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from twistcore.formats.bvh.channels import JointChannels, motion_from_channels
-from twistcore.formats.bvh.patch import changed_positions, turned_numbers, with_numbers
+from twistcore.formats.bvh.patch import (
+    changed_position_values,
+    changed_rotation_values,
+    replace_numbers,
+)
 from twistcore.formats.clip import ChannelJump
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle, quaternion_from_euler
@@ -46,13 +50,15 @@ def test_every_other_byte_stays_and_decimals_are_kept(parts, data):
     chosen = {place: data.draw(NUMBERS) for place in data.draw(places)}
     tokens = np.array(list(chosen), dtype=np.int64)  # in any order
     numbers = np.array(list(chosen.values()))
-    assert with_numbers(text, spans_of(text), tokens, numbers) == plainly(text, chosen)
+    assert replace_numbers(text, spans_of(text), tokens, numbers) == plainly(text, chosen)
 
 
 def test_a_token_at_the_very_start_and_end():
     text = b"1.5 2.25"
     tokens = np.array([0, 1])
-    assert with_numbers(text, spans_of(text), tokens, np.array([3.0, 4.0])) == b"3.000000 4.000000"
+    assert (
+        replace_numbers(text, spans_of(text), tokens, np.array([3.0, 4.0])) == b"3.000000 4.000000"
+    )
 
 
 SKELETON = Skeleton(("Hips", "Arm", "Prop"), np.array([-1, 0, -1]), np.zeros((3, 3)))
@@ -70,14 +76,14 @@ def values():
 
 def test_positions_that_differ_are_told_where_they_stand():
     before = motion_from_channels(SKELETON, LAYOUTS, values(), 0.1)
-    tokens, numbers = changed_positions(LAYOUTS, COLUMNS, before, before)
+    tokens, numbers = changed_position_values(LAYOUTS, COLUMNS, before, before)
     assert (len(tokens), len(numbers)) == (0, 0)
     assert tokens.dtype == np.int64
     moved = values()
     for frame, column, number in ((0, 0, -1.0), (2, 1, -2.0), (5, 2, -3.0), (3, 8, -4.0)):
         moved[frame, column] = number
     after = motion_from_channels(SKELETON, LAYOUTS, moved, 0.1)
-    tokens, numbers = changed_positions(LAYOUTS, COLUMNS, before, after)
+    tokens, numbers = changed_position_values(LAYOUTS, COLUMNS, before, after)
     told = dict(zip(tokens.tolist(), numbers.tolist(), strict=True))
     assert told == {0: -1.0, 2 * 9 + 1: -2.0, 5 * 9 + 2: -3.0, 3 * 9 + 8: -4.0}
 
@@ -91,7 +97,7 @@ def test_turned_joints_are_told_in_degrees_where_they_stand():
     after = replace(before, rotations=rotations)
     changed = np.zeros((6, 3), dtype=bool)
     changed[[2, 3, 5], 0] = True
-    told = turned_numbers(values(), LAYOUTS, SKELETON.names, after, changed)
+    told = changed_rotation_values(values(), LAYOUTS, SKELETON.names, after, changed)
     tokens, numbers, jumps = told
     assert jumps == ()
     assert sorted(tokens.tolist()) == [f * 9 + c for f in (2, 3, 5) for c in (3, 4, 5)]
@@ -103,7 +109,9 @@ def test_turned_joints_are_told_in_degrees_where_they_stand():
     # The first angle goes on from where it was: one degree more.
     np.testing.assert_allclose(written[:, 5] - values()[:, 5], [0, 0, 1, 1, 0, 1], atol=1e-9)
     nothing = np.zeros((6, 3), dtype=bool)
-    tokens, numbers, jumps = turned_numbers(values(), LAYOUTS, SKELETON.names, after, nothing)
+    tokens, numbers, jumps = changed_rotation_values(
+        values(), LAYOUTS, SKELETON.names, after, nothing
+    )
     assert (tokens.size, numbers.size, jumps) == (0, 0, ())
 
 
@@ -117,7 +125,7 @@ def test_a_jump_that_stays_is_told_with_its_channel():
     changed = np.zeros((6, 3), dtype=bool)
     changed[1:5, 0] = True
     after = replace(motion, rotations=rotations)
-    tokens, numbers, jumps = turned_numbers(still, LAYOUTS, SKELETON.names, after, changed)
+    tokens, numbers, jumps = changed_rotation_values(still, LAYOUTS, SKELETON.names, after, changed)
     written = still.copy()
     written.flat[tokens] = numbers
     (at,) = np.flatnonzero(np.abs(np.diff(written[:, 5])) > 180.0)
@@ -129,7 +137,7 @@ def test_a_joint_without_three_rotations_is_named():
     changed = np.zeros((6, 3), dtype=bool)
     changed[1, 1] = True
     with pytest.raises(ValueError, match="'Arm'"):
-        turned_numbers(values(), LAYOUTS, SKELETON.names, motion, changed)
+        changed_rotation_values(values(), LAYOUTS, SKELETON.names, motion, changed)
 
 
 @pytest.mark.parametrize("frames", [slice(0, 6), slice(0, 2), slice(4, 6)])
@@ -145,7 +153,7 @@ def test_at_an_end_of_the_clip_angles_stay_on_their_turn_and_jump_nowhere(frames
     changed = np.zeros((6, 3), dtype=bool)
     changed[frames, 0] = True
     after = replace(motion, rotations=rotations)
-    tokens, numbers, jumps = turned_numbers(spun, LAYOUTS, SKELETON.names, after, changed)
+    tokens, numbers, jumps = changed_rotation_values(spun, LAYOUTS, SKELETON.names, after, changed)
     written = spun.copy()
     written.flat[tokens] = numbers
     assert jumps == ()

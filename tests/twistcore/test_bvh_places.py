@@ -8,7 +8,7 @@ import pytest
 
 from twistcore import detect, find_chains, read_clip, write_clip
 from twistcore.formats.bvh import parse_bvh
-from twistcore.formats.bvh.channels import with_bones_of_channels
+from twistcore.formats.bvh.channels import with_offsets_from_positions
 from twistcore.skeleton.figure import figure_size, guess_up, heading
 from twistcore.skeleton.motion import Skeleton, forward_kinematics
 
@@ -110,7 +110,7 @@ def test_hips_that_travel_below_a_reference_are_no_bone():
     figure = skeleton([-1, 0, 1, 1, 1], [(0, 0, 0), (0, 0, 0), (1, 0, 0), (-1, 0, 0), (0, 2, 0)])
     walk = np.zeros((50, 1, 3))
     walk[:, 0, 2] = np.linspace(20.0, 30.0, 50)
-    assert with_bones_of_channels(figure, (1,), walk) is figure
+    assert with_offsets_from_positions(figure, (1,), walk) is figure
 
 
 def test_two_pairs_of_hips_below_one_reference_are_no_bones():
@@ -122,17 +122,17 @@ def test_two_pairs_of_hips_below_one_reference_are_no_bones():
     walk[:, :, 1] = 10.0
     walk[:, 0, 0] = np.linspace(0.0, 3.0, 50)
     walk[:, 1, 0] = np.linspace(9.0, 6.0, 50)
-    assert with_bones_of_channels(figure, (1, 5), walk) is figure
+    assert with_offsets_from_positions(figure, (1, 5), walk) is figure
 
 
 def test_an_offset_is_kept_whatever_the_channels_say():
     figure = skeleton([-1, 0, 0], [(0, 0, 0), (0, 1, 0), (0, 0, 0)])
     places = np.broadcast_to([[0.0, 3.0, 0.0], [2.0, 0.0, 0.0]], (9, 2, 3))
-    placed = with_bones_of_channels(figure, (1, 2), places)
+    placed = with_offsets_from_positions(figure, (1, 2), places)
     np.testing.assert_array_equal(placed.offsets, [(0, 0, 0), (0, 1, 0), (2, 0, 0)])
     np.testing.assert_array_equal(figure.offsets[2], 0.0)
 
 
 def test_places_of_zero_give_no_bone():
     figure = skeleton([-1, 0], [(0, 0, 0), (0, 0, 0)])
-    assert with_bones_of_channels(figure, (0, 1), np.zeros((9, 2, 3))) is figure
+    assert with_offsets_from_positions(figure, (0, 1), np.zeros((9, 2, 3))) is figure

@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 from tests.tiers import examples
 from tests.twistcore.counters import ROW, counter_of, seeds
 from twistcore.detection.consistency.chain_analysis import ChainAnalysis, FixedInterval
-from twistcore.detection.consistency.confidence import confidence
+from twistcore.detection.consistency.confidence import counter_twist_confidence
 from twistcore.detection.counter_twist.edges import find_edges
-from twistcore.detection.counter_twist.offsets import offsets_of
+from twistcore.detection.counter_twist.offsets import interval_offset_courses
 from twistcore.detection.counter_twist.pairing import (
-    best_pairs,
-    pair_table,
-    running_sums,
+    best_edge_pairs,
+    counter_rotation_sums,
+    edge_pair_table,
     unpaired_jumps,
 )
 from twistcore.detection.interval import Interval
@@ -30,8 +30,8 @@ SEGMENTS = ((0, 70), (70, FRAMES))
 def analysis_of(seed, jumps=0.06):
     counter = counter_of(seed, frames=FRAMES, jumps=jumps)
     edges, step = find_edges(counter, ROW)
-    sums = running_sums(counter, ROW, step)
-    tables = tuple(pair_table(edges, sums, low, high) for low, high in SEGMENTS)
+    sums = counter_rotation_sums(counter, ROW, step)
+    tables = tuple(edge_pair_table(edges, sums, low, high) for low, high in SEGMENTS)
     return ChainAnalysis("Arm", FPS, counter, ROW, edges, step, tables)
 
 
@@ -50,9 +50,9 @@ def plain_intervals(chain, tau):
     """Start, stop, what follows, and all that is said of each."""
     for table in chain.tables:
         edges = table.edges
-        pairs = best_pairs(table, tau, FPS)
+        pairs = best_edge_pairs(table, tau, FPS)
         for n, pair in enumerate(pairs + unpaired_jumps(table, pairs, tau)):
-            course = offsets_of([pair], table, chain.limb, ROW, chain.step)[0]
+            course = interval_offset_courses([pair], table, chain.limb, ROW, chain.step)[0]
             at = [k for k in pair[:2] if k >= 0]
             sigma = math.sqrt(sum(edges.sigma[k] ** 2 for k in at))
             told = [sums(chain, edges, k) for k in at]
@@ -62,7 +62,7 @@ def plain_intervals(chain, tau):
                 both |= min(x, y) >= 0.35 * max(x, y)
             gain = max(pair.gain, edges.gain[at[0]]) if len(at) == 1 else pair.gain
             least = min(abs(edges.jump[k]) for k in at)
-            sure = confidence(
+            sure = counter_twist_confidence(
                 gain,
                 abs(course.residual) / sigma,
                 math.log(min(abs(edges.jump[k]) / edges.sigma[k] for k in at)),
@@ -192,8 +192,8 @@ def test_a_jump_that_nothing_explains_is_open_though_both_joints_turn():
         column[ROW, 35] = turn
     counter.event[ROW, 35] = True
     edges, step = find_edges(counter, ROW)
-    sums = running_sums(counter, ROW, step)
-    tables = tuple(pair_table(edges, sums, low, high) for low, high in SEGMENTS)
+    sums = counter_rotation_sums(counter, ROW, step)
+    tables = tuple(edge_pair_table(edges, sums, low, high) for low, high in SEGMENTS)
     chain = ChainAnalysis("Arm", FPS, counter, ROW, edges, step, tables)
     (found,) = chain.intervals(0.1)
     assert (found.start, found.stop, found.open) == (0, 35, True)
@@ -221,13 +221,13 @@ def test_confidence_is_a_logistic_map_of_what_is_known():
     for _ in range(100):
         gain, closing, margin = rng.uniform([0.0, 0.0, 0.0], [30.0, 9.0, 8.0]).tolist()
         length, beyond = int(rng.integers(1, 400)), bool(rng.integers(2))
-        found = confidence(gain, closing, margin, length, beyond_tau=beyond)
+        found = counter_twist_confidence(gain, closing, margin, length, beyond_tau=beyond)
         assert found == pytest.approx(plain(gain, closing, margin, length, beyond))
 
 
 @pytest.mark.parametrize(("gain", "score"), [(1e12, 30.0), (0.0, -10.0)])
 def test_confidence_of_what_is_beyond_all_measure_is_still_a_number(gain, score):
-    found = confidence(gain, 0.0, 5.0 if gain else 9.0, 1, beyond_tau=bool(gain))
+    found = counter_twist_confidence(gain, 0.0, 5.0 if gain else 9.0, 1, beyond_tau=bool(gain))
     assert 0.0 < found <= 1.0
     if gain:
         assert found == pytest.approx(1.0 / (1.0 + math.exp(-score)), abs=1e-15)

@@ -13,7 +13,7 @@ from twistcore.review import Decision, Judged
 from twistcore.study.class_exercise import (
     ClassExercise,
     StudentAnswer,
-    class_table,
+    class_exercise_table,
     read_answer,
     read_exercise,
     write_answer,
@@ -59,7 +59,7 @@ def test_what_is_handed_in_is_read_and_scored(tmp_path):
     for k, one in enumerate(students):
         write_answer(tmp_path / f"{k}.json", one)
         again.append(read_answer(tmp_path / f"{k}.json"))
-    table = class_table((ERROR, OTHER), again)
+    table = class_exercise_table((ERROR, OTHER), again)
     rows = list(csv.DictReader(io.StringIO(table)))
     assert [row["name"] for row in rows] == ["Ana, B.", "Zoe"]
     ana, zoe = rows
@@ -68,7 +68,7 @@ def test_what_is_handed_in_is_read_and_scored(tmp_path):
         "1", "1", "0", "1",
     ]  # fmt: skip
     assert zoe["seconds"] == "61.2"
-    wrong = class_table((ERROR, OTHER), [handed("Kim", NO, NO, YES)])
+    wrong = class_exercise_table((ERROR, OTHER), [handed("Kim", NO, NO, YES)])
     (kim,) = csv.DictReader(io.StringIO(wrong))
     assert (kim["false_accepted"], kim["false_rejected"], kim["hits"]) == ("1", "2", "0")
 
@@ -169,7 +169,7 @@ def test_long_intervals_of_a_student_take_no_memory_before_they_are_compared(tmp
     ],
 )
 def test_a_name_is_one_line_and_no_formula(name, cell):
-    table = class_table((ERROR, OTHER), [handed(name, YES, NO, NO)])
+    table = class_exercise_table((ERROR, OTHER), [handed(name, YES, NO, NO)])
     assert len(table.splitlines()) == 2
     (row,) = csv.DictReader(io.StringIO(table))
     assert row["name"] == cell

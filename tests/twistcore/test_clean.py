@@ -17,8 +17,8 @@ from twistcore.cli import clean_command, main
 from twistcore.errors import TwistError
 from twistcore.export.compare import largest_deviation
 from twistcore.formats.bvh import parse_bvh, read_bvh, rewriting
-from twistcore.formats.bvh.euler_branch import angles_in_order, unrolled_angles
-from twistcore.formats.bvh.header_places import header_places
+from twistcore.formats.bvh.euler_branch import euler_angles_in_order, unrolled_euler_angles
+from twistcore.formats.bvh.header_places import header_word_spans
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import geodesic_angle, quaternion_from_euler, slerp
 
@@ -98,7 +98,7 @@ def assert_no_nearer_angles(angles):
 @settings(deadline=None, max_examples=300)
 @given(orders, triples)
 def test_unrolled_angles_are_the_same_rotations_also_in_gimbal_lock(order, angles):
-    found = unrolled_angles(order, angles)
+    found = unrolled_euler_angles(order, angles)
     assert rotations_differ(order, angles, found) < 3e-5
     assert_no_nearer_angles(found)
 
@@ -112,9 +112,9 @@ def test_equivalent_angles_become_the_smooth_ones_again(order, smooth, chosen):
         if other:
             written[k] = written[k] * (1, -1, 1) + 180.0
         written[k] += 360.0 * np.array(turns)
-    found = unrolled_angles(order, written)
+    found = unrolled_euler_angles(order, written)
     np.testing.assert_allclose(found, smooth, atol=1e-9)
-    np.testing.assert_array_equal(unrolled_angles(order, smooth), smooth)
+    np.testing.assert_array_equal(unrolled_euler_angles(order, smooth), smooth)
 
 
 @pytest.mark.parametrize("order", ["XYZ", "ZYX"])
@@ -124,7 +124,7 @@ def test_in_gimbal_lock_a_jump_of_the_outer_angles_is_divided_between_them(order
     angles = np.array([[10, 0.9 * lock, 20], [10, lock, 20], [10, lock, 20], [12, lock, 20]])
     angles[2:] += np.array([150.0, 0.0, -sign * 150.0])
     assert rotations_differ(order, angles[1:2], angles[2:3]) < 1e-9
-    found = unrolled_angles(order, angles)
+    found = unrolled_euler_angles(order, angles)
     assert np.abs(np.diff(found, axis=0)).max() < 10.0
     assert rotations_differ(order, angles, found) < 1e-9
 
@@ -133,7 +133,7 @@ def test_in_gimbal_lock_a_jump_of_the_outer_angles_is_divided_between_them(order
 @given(orders, orders, triples)
 def test_another_order_is_the_same_rotation_without_avoidable_jumps(old, new, angles):
     q = quaternion_from_euler(old, np.radians(angles))
-    found = angles_in_order(new, q)
+    found = euler_angles_in_order(new, q)
     rotated = quaternion_from_euler(new, np.radians(found))
     assert np.degrees(geodesic_angle(q, rotated)).max() < 6e-5
     assert_no_nearer_angles(found)
@@ -143,7 +143,7 @@ def test_another_order_is_the_same_rotation_without_avoidable_jumps(old, new, an
 @given(triples, st.sampled_from(["\n", "", "\r\n\r\n", "\n1 2 3\n"]))
 def test_a_whole_clip_keeps_its_poses_and_every_number_that_is_not_listed(angles, end):
     clip = clip_of(still(angles), end)
-    done = rewriting.unrolled(clip)
+    done = rewriting.unroll_clip_angles(clip)
     new = done.clip
     assert farthest(clip, new) < 3e-5
     assert new.text[: new.data_start] == clip.text[: clip.data_start]
@@ -159,12 +159,12 @@ def test_a_whole_clip_keeps_its_poses_and_every_number_that_is_not_listed(angles
     else:
         assert new.data == clip.data
     for order in ("ZXY", "XZY"):
-        assert farthest(clip, rewriting.in_order(clip, {"": order}).clip) < 1e-4
+        assert farthest(clip, rewriting.change_rotation_order(clip, {"": order}).clip) < 1e-4
 
 
 def test_a_wrap_changes_only_the_wrapped_numbers():
     angles = [[170.0, 1, 2], [179.5, 1, 2], [-179.25, 1, 2], [-175.0, 1, 2], [178.0, 1, 2]]
-    done = rewriting.unrolled(clip_of(still(angles)))
+    done = rewriting.unroll_clip_angles(clip_of(still(angles)))
     np.testing.assert_array_equal(done.clip.values[:, 9], [170.0, 179.5, 180.75, 185.0, 178.0])
     [change] = done.changes
     assert (change.numbers, change.start, change.stop, change.words) == (2, 2, 4, 0)
@@ -172,29 +172,33 @@ def test_a_wrap_changes_only_the_wrapped_numbers():
 
 def test_an_order_is_written_into_the_same_columns_in_the_same_letters():
     clip = clip_of(still([[10.0, 20, 30], [40, 50, 60]]))
-    done = rewriting.in_order(clip, {"Left Arm": "XYZ"})
+    done = rewriting.change_rotation_order(clip, {"Left Arm": "XYZ"})
     head = done.clip.text[: done.clip.data_start].decode()
     assert head == (HEADER % 2).strip("\n").replace(
         "zRotation yrotation xrotation", "xRotation yrotation zrotation"
     )
     assert [c.joint for c in done.changes] == ["Left Arm"]
-    assert rewriting.in_order(clip, {"": "ZXY", "Left Arm": "ZYX"}).clip.data == clip.data
-    back = rewriting.in_order(done.clip, {"Left Arm": "ZYX"}).clip
+    assert (
+        rewriting.change_rotation_order(clip, {"": "ZXY", "Left Arm": "ZYX"}).clip.data == clip.data
+    )
+    back = rewriting.change_rotation_order(done.clip, {"Left Arm": "ZYX"}).clip
     np.testing.assert_allclose(back.values, clip.values, atol=2e-6)
-    assert len(rewriting.in_order(clip, {"": "XYZ"}).notes) == 1  # the joint with two channels
+    assert (
+        len(rewriting.change_rotation_order(clip, {"": "XYZ"}).notes) == 1
+    )  # the joint with two channels
 
 
 @pytest.mark.parametrize(("orders", "fact"), [({"Élan": "XYZ"}, "Élan"), ({"Leg": "XYZ"}, "Leg")])
 def test_an_order_for_a_joint_that_cannot_have_it_is_refused(orders, fact):
     with pytest.raises(TwistError, match=fact):
-        rewriting.in_order(clip_of(still([[0.0, 0, 0]])), orders)
+        rewriting.change_rotation_order(clip_of(still([[0.0, 0, 0]])), orders)
 
 
 @pytest.mark.parametrize("end", ["\n", "", "\n1 2 3 4 5 6 7 8 9 10 11 12 13\n"])
 def test_still_position_channels_are_removed_and_nothing_else(end):
     angles = [[10.0, 20, 30], [40, 50, 60], [70, 80, -85]]
     clip = clip_of(still(angles), end)
-    done = rewriting.without_positions(clip, keep_moving=False)
+    done = rewriting.without_redundant_positions(clip, keep_moving=False)
     np.testing.assert_array_equal(done.clip.values, np.delete(clip.values, [6, 7, 8], axis=1))
     kept = [t for k, t in enumerate(tokens(clip)[:42]) if k % 14 not in (6, 7, 8)]
     assert tokens(done.clip) == kept
@@ -210,7 +214,7 @@ def test_the_last_columns_and_wrapped_rows_lose_the_space_before():
     text = text.replace("3 Xposition", "6 Xposition", 1).replace("2 Yrotation Zrotation", "0 ")
     rows = "0 0 0 10 20 30\n 1 2.25\n -3\n0 0 0 1 2 3\n 1 2.25\n -3"
     clip = parse_bvh((text % 2 + rows).encode())
-    done = rewriting.without_positions(clip, keep_moving=False).clip
+    done = rewriting.without_redundant_positions(clip, keep_moving=False).clip
     assert done.text.endswith(b"0 0 0 10 20 30\n0 0 0 1 2 3")
 
 
@@ -219,15 +223,15 @@ def test_moving_position_channels_are_refused_with_joint_and_frame_or_kept():
     rows[2, 8] += 0.01
     clip = clip_of(rows)
     with pytest.raises(TwistError, match=r"Left Arm.* 0\.01 .*frame 2"):
-        rewriting.without_positions(clip, keep_moving=False)
-    done = rewriting.without_positions(clip, keep_moving=True)
+        rewriting.without_redundant_positions(clip, keep_moving=False)
+    done = rewriting.without_redundant_positions(clip, keep_moving=True)
     assert (done.clip.data, len(done.notes)) == (clip.data, 1)
 
 
 @pytest.mark.parametrize("factor", [0.01, 2.5])
 def test_a_scale_changes_offsets_and_positions_alone(factor):
     clip = clip_of(still([[10.0, 20, 30], [40, 50, 60]]))
-    new = rewriting.in_axes(clip, factor * np.eye(3)).clip
+    new = rewriting.change_axes_and_unit(clip, factor * np.eye(3)).clip
     np.testing.assert_allclose(new.skeleton.offsets, factor * clip.skeleton.offsets)
     np.testing.assert_allclose(new.skeleton.ends[0][1], (0, 0.5 * factor, 0))
     np.testing.assert_allclose(
@@ -235,24 +239,24 @@ def test_a_scale_changes_offsets_and_positions_alone(factor):
     )
     same = [k for k in range(28) if k % 14 not in (6, 7, 8)]
     assert [tokens(new)[k] for k in same] == [tokens(clip)[k] for k in same]
-    back = rewriting.in_axes(new, np.eye(3) / factor).clip
+    back = rewriting.change_axes_and_unit(new, np.eye(3) / factor).clip
     np.testing.assert_allclose(back.values, clip.values, atol=1e-12)
 
 
 def test_other_axes_turn_the_whole_figure_and_round_nothing():
     clip = read_bvh(WALK)
-    new = rewriting.in_axes(clip, clean_command.Z_TO_Y.T).clip
+    new = rewriting.change_axes_and_unit(clip, clean_command.Z_TO_Y.T).clip
     (q, p), (turned, placed) = (forward_kinematics(c.motion) for c in (clip, new))
     np.testing.assert_allclose(placed, p[..., [0, 2, 1]] * (1, -1, 1), atol=1e-12)
     np.testing.assert_allclose(turned, q[..., [0, 1, 3, 2]] * (1, 1, -1, 1), atol=1e-12)
-    back = rewriting.in_axes(new, clean_command.Z_TO_Y).clip
+    back = rewriting.change_axes_and_unit(new, clean_command.Z_TO_Y).clip
     np.testing.assert_array_equal(back.values, clip.values)
     np.testing.assert_array_equal(back.skeleton.offsets, clip.skeleton.offsets)
     assert back.channels == clip.channels
 
 
 def test_other_axes_list_every_letter_and_number_of_the_hierarchy():
-    done = rewriting.in_axes(clip_of(still([[10.0, 20, 30]])), clean_command.Z_TO_Y)
+    done = rewriting.change_axes_and_unit(clip_of(still([[10.0, 20, 30]])), clean_command.Z_TO_Y)
     assert [(c.words, c.numbers) for c in done.changes] == [(6, 1), (6, 2), (6, 1)]
 
 
@@ -276,7 +280,7 @@ def test_a_name_that_cannot_be_read_back_is_refused(name):
 
 def test_words_of_a_header_are_found_with_a_mark_and_other_letters():
     text = b"\xef\xbb\xbf" + (HEADER % 1).encode()
-    found = [(p.kind, p.joint, text[p.start : p.stop].decode()) for p in header_places(text)]
+    found = [(p.kind, p.joint, text[p.start : p.stop].decode()) for p in header_word_spans(text)]
     assert [word for kind, _, word in found if kind == "name"] == ["Hips", "Left Arm", "Élan"]
     assert [word for kind, j, word in found if kind == "offset" and j == 2] == [
         *"040",
@@ -293,7 +297,7 @@ def test_words_of_a_header_are_found_with_a_mark_and_other_letters():
 
 def test_half_of_the_rate_keeps_the_bytes_of_every_second_row():
     clip = read_bvh(WALK)
-    new = rewriting.at_rate(clip, 60.0).clip
+    new = rewriting.resample_clip(clip, 60.0).clip
     lines = [data.split(b"Frame Time:")[1].splitlines()[1:] for data in (clip.data, new.data)]
     assert lines[1] == lines[0][::2]
     assert (new.frames, new.fps) == (172, pytest.approx(60.0, rel=1e-6))
@@ -305,7 +309,7 @@ def test_twice_the_rate_keeps_all_rows_and_turns_halfway_between():
     rows[:, 12] = [170, -170, -170, 20]  # a joint with two channels
     rows[1, 0] = 4.0
     clip = clip_of(rows)
-    done = rewriting.at_rate(clip, 80.0)
+    done = rewriting.resample_clip(clip, 80.0)
     new = done.clip
     assert new.frames == 7
     assert tokens(new)[:14] == tokens(clip)[:14]
@@ -323,9 +327,9 @@ def test_twice_the_rate_keeps_all_rows_and_turns_halfway_between():
 @given(st.floats(5.0, 200.0))
 def test_any_rate_has_the_poses_between_the_frames(fps):
     clip = clip_of(still([[0.0, 10, 20], [30, 40, 60], [-20, 0, 100], [0, 0, 0]]))
-    new = rewriting.at_rate(clip, fps).clip
-    times = rewriting.rate_times(clip.frames, clip.frame_time, fps)
-    expected = rewriting.at_times(clip.motion, times, 1.0 / fps)
+    new = rewriting.resample_clip(clip, fps).clip
+    times = rewriting.resampled_frame_times(clip.frames, clip.frame_time, fps)
+    expected = rewriting.resample_motion(clip.motion, times, 1.0 / fps)
     found = largest_deviation(expected, new.motion)
     assert (found.degrees < 1e-5, found.of_height < 1e-6) == (True, True)
     assert new.frame_time == pytest.approx(1.0 / fps)
@@ -337,7 +341,7 @@ def test_any_rate_has_the_poses_between_the_frames(fps):
     [(0.0083333, 60, 2), (0.0083333, 240, 0.5), (0.01667, 24, 2.5), (1 / 120, 29.97, 120 / 29.97)],
 )
 def test_frame_times_with_few_digits_have_the_ratio_that_is_meant(seconds, fps, step):
-    times = rewriting.rate_times(100, seconds, fps)
+    times = rewriting.resampled_frame_times(100, seconds, fps)
     np.testing.assert_allclose(np.diff(times), step, rtol=1e-12)
     assert times[-1] <= 99.0 < times[-1] + step
 

@@ -16,14 +16,14 @@ from tests.tiers import parametrize
 from tests.twistcore.test_cli import run
 from twistcore.analysis.clip_analysis import ALL_KINDS
 from twistcore.analysis.correction.twist_removal import SURE_ENOUGH
-from twistcore.cli.arguments.argument_types import KINDS, kinds
+from twistcore.cli.arguments.argument_types import KINDS, parse_error_kinds
 from twistcore.cli.arguments.command_help import COMMANDS as HELP
-from twistcore.cli.parser import PROGRAMS, SHELLS, commands_of, make_parser
+from twistcore.cli.parser import PROGRAMS, SHELLS, command_parsers, make_parser
 from twistcore.detection import DETECTORS
 from twistcore.export import scene_script
 from twistcore.synthesis import PROTOCOLS
 
-COMMANDS = dict(commands_of(make_parser()))
+COMMANDS = dict(command_parsers(make_parser()))
 EXAMPLES = {name: HELP[name].examples for name in COMMANDS}
 LINES = [line for lines in EXAMPLES.values() for line in lines]
 WALK = ASSETS / "walk.bvh"
@@ -122,7 +122,7 @@ def test_every_example_is_understood(line, capsys):
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_parser_of_one_command_line_knows_the_command_as_the_whole_one_does(name):
-    some = dict(commands_of(make_parser([*name.split(), "a.bvh"])))
+    some = dict(command_parsers(make_parser([*name.split(), "a.bvh"])))
     assert some[name].format_help() == COMMANDS[name].format_help()
     other = next(word for word in COMMANDS if word.split()[0] != name.split()[0])
     assert other.split()[0] in some  # refused and listed by its name, but without arguments
@@ -145,7 +145,7 @@ def test_cheap_examples_run(line, capsys, tmp_path, monkeypatch):
 def test_what_is_named_without_loading_it_is_what_there_is():
     assert "--method {consistency,paper}" in COMMANDS["detect"].format_help()
     assert [d.info.name for d in DETECTORS.values()] == list(DETECTORS)
-    assert kinds(",".join(KINDS)) == ALL_KINDS
+    assert parse_error_kinds(",".join(KINDS)) == ALL_KINDS
     assert tuple(sorted(scene_script.PROGRAMS)) == PROGRAMS
     assert f"default: {SURE_ENOUGH:g}" in COMMANDS["refine"].format_help()
     told = " ".join(COMMANDS["inject"].format_help().split())

@@ -8,7 +8,7 @@ import pytest
 from tests.conftest import ASSETS
 from tests.twistcore.test_all_joints import turned
 from twistcore.errors import ClipMismatchError
-from twistcore.export.compare import compare, difference_to_json, largest_deviation
+from twistcore.export.compare import compare_motions, difference_to_json, largest_deviation
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.motion import Motion, forward_kinematics
 
@@ -25,18 +25,18 @@ def other() -> Motion:
 
 
 def test_each_joint_has_its_frames_and_its_largest_angle():
-    found = compare(WALK, other())
+    found = compare_motions(WALK, other())
     spans = {(j.joint, j.start, j.stop): j.max_degrees for j in found.joints}
     assert spans == pytest.approx({("LeftLeg", 105, 112): 0.05, ("LeftArm", 100, 110): 40.0})
     assert found.frames == 12  # each frame once
     assert found.moved_channels == 0
     ends = turned(turned(other(), "LeftArm", 0, 2, 5.0), "LeftArm", 340, WALK.frames, 5.0)
-    spans = [(j.start, j.stop) for j in compare(WALK, ends).joints if j.joint == "LeftArm"]
+    spans = [(j.start, j.stop) for j in compare_motions(WALK, ends).joints if j.joint == "LeftArm"]
     assert spans == [(0, 2), (100, 110), (340, WALK.frames)]
 
 
 def test_joints_that_move_are_listed_and_what_rounding_explains_is_not():
-    found = compare(WALK, other())
+    found = compare_motions(WALK, other())
     way = np.linalg.norm(forward_kinematics(other())[1] - forward_kinematics(WALK)[1], axis=-1)
     assert {move.joint for move in found.moved} == set(ARM_BELOW)
     for move in found.moved:
@@ -54,7 +54,7 @@ def test_joints_that_move_are_listed_and_what_rounding_explains_is_not():
 def test_a_root_that_is_elsewhere_moves_all_joints():
     positions = WALK.positions.copy()
     positions[50:, 0, 1] += 0.02 * HEIGHT
-    found = compare(WALK, replace(WALK, positions=positions))
+    found = compare_motions(WALK, replace(WALK, positions=positions))
     assert (found.joints, found.frames, found.moved_channels) == ((), 0, 1)
     assert {move.joint for move in found.moved} == set(SKELETON.names)
     assert {move.frames for move in found.moved} == {WALK.frames - 50}
@@ -64,12 +64,12 @@ def test_a_root_that_is_elsewhere_moves_all_joints():
 
 def test_errors_of_rounding_are_no_difference():
     q = WALK.rotations * (1.0 + 1e-15)
-    found = compare(WALK, WALK.with_rotations(q))
+    found = compare_motions(WALK, WALK.with_rotations(q))
     assert (found.joints, found.moved, found.frames) == ((), (), 0)
 
 
 def test_its_document_has_every_number():
-    found = compare(WALK, other())
+    found = compare_motions(WALK, other())
     document = difference_to_json(found, "a.bvh", "b.bvh")
     assert (document["a"], document["b"], document["frames"]) == ("a.bvh", "b.bvh", 12)
     arm = next(j for j in document["joints"] if j["joint"] == "LeftArm")
@@ -104,7 +104,7 @@ def _parents():
 )
 def test_motions_that_cannot_be_compared_are_refused(different, fact):
     with pytest.raises(ClipMismatchError, match=fact):
-        compare(WALK, different)
+        compare_motions(WALK, different)
 
 
 def reordered(motion):

@@ -17,7 +17,7 @@ from tests.twistcore.scene_rigs import random_rotations
 from tests.twistcore.test_cli import run
 from twistcore.errors import TwistError
 from twistcore.formats.blender import Handover, find_blender
-from twistcore.formats.blender.scene_motion import converted
+from twistcore.formats.blender.scene_motion import motion_from_scene
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import conjugate, geodesic_angle, matrix_from_quaternion, multiply
@@ -60,14 +60,16 @@ def same(found, at_most, degrees):
 
 
 def test_what_is_handed_over_becomes_the_motion():
-    found = converted(handover(MOTION), 0.01)
+    found = motion_from_scene(handover(MOTION), 0.01)
     same(found.motion, 1e-12, 1e-5)
     assert found.notes == ()
     assert found.motion.positioned == (0,)
     assert np.abs(geodesic_angle(found.motion.rotations, MOTION.rotations)).max() < 1e-7
     offsets = found.motion.skeleton.offsets
     assert offsets[1:] == pytest.approx(MOTION.skeleton.offsets[1:], abs=1e-9)
-    assert converted(handover(MOTION), 1.0).motion.skeleton.offsets == pytest.approx(offsets / 100)
+    assert motion_from_scene(handover(MOTION), 1.0).motion.skeleton.offsets == pytest.approx(
+        offsets / 100
+    )
     assert dict(found.motion.skeleton.ends).keys() == dict(MOTION.skeleton.ends).keys()
 
 
@@ -76,17 +78,17 @@ def test_what_a_bvh_cannot_hold_is_told():
     hand, arm = NAMES.index("LeftHand"), NAMES.index("LeftArm")
     scene.poses[5, hand, :3, :3] *= 1.5
     scene.poses[7, hand, :3, 3] += 0.02
-    found = converted(scene, 0.01)
+    found = motion_from_scene(scene, 0.01)
     assert all("LeftHand" in note for note in found.notes[:2])
     assert hand in found.motion.positioned
     places = forward_kinematics(found.motion)[1]
     assert places[7, hand] == pytest.approx(scene.poses[7, hand, :3, 3] @ UP / 0.01, abs=1e-6)
     scene.poses[9, arm, :3, 0] *= -1.0
     with pytest.raises(TwistError, match="mirrored"):
-        converted(scene, 0.01)
+        motion_from_scene(scene, 0.01)
     scene.poses[9, arm, :3, 0] = 0.0
     with pytest.raises(TwistError, match=r"size|scale"):
-        converted(scene, 0.01)
+        motion_from_scene(scene, 0.01)
 
 
 @pytest.fixture

@@ -25,9 +25,14 @@ from twistcore.detection.cuts import find_cuts
 from twistcore.detection.evidence import ChainSignals
 from twistcore.detection.interval import Kind
 from twistcore.detection.limbs import Limbs
-from twistcore.detection.lone_jumps import lone_jumps, own_axis
-from twistcore.detection.noise_bursts import noise_level, noise_near
-from twistcore.detection.soft_errors import budget_of, search, soft_intervals, unsearched_sentences
+from twistcore.detection.lone_jumps import lone_jumps, own_bone_axis
+from twistcore.detection.noise_bursts import joint_noise_level, noise_near
+from twistcore.detection.soft_errors import (
+    search_soft_errors,
+    soft_intervals,
+    soft_search_budget,
+    unsearched_frames_sentences,
+)
 from twistcore.formats.bvh import read_bvh
 from twistcore.review.soft_onset import SOFT
 from twistcore.skeleton.motion import Motion
@@ -95,7 +100,7 @@ def test_a_quick_look_leaves_out_no_noise(fps: float, monkeypatch: pytest.Monkey
         found = []
         for look in looks:
             monkeypatch.setattr(noise_bursts, "_may_be_mostly_true", look)
-            found.append(noise_level(turns, fps))
+            found.append(joint_noise_level(turns, fps))
         assert np.array_equal(*found)
         some += found[0].any()
     assert 5 < some < 55
@@ -160,7 +165,7 @@ def test_lone_jumps_look_at_the_room_only_where_a_joint_turns_fast(
     assert not any(lone_jumps(motion, chains).values())
     assert sum(asked) == 0
     rotations, joint = motion.rotations.copy(), chains[0].parent
-    axis = own_axis(motion.skeleton, joint)
+    axis = own_bone_axis(motion.skeleton, joint)
     assert axis is not None
     turn = quaternion_from_axis_angle(axis, np.array(2.5))
     rotations[200, joint] = multiply(rotations[200, joint], turn)
@@ -187,7 +192,7 @@ def test_a_search_whose_budget_is_spent_says_what_it_left(monkeypatch: pytest.Mo
 
 
 def test_what_was_left_is_told_by_limb_and_of_much_the_first() -> None:
-    sentences = unsearched_sentences(
+    sentences = unsearched_frames_sentences(
         {"LeftArm": [(3, 9), (20, 21)], "LeftForeArm": [(3, 9), (20, 21)], "LeftLeg": [(1, 2)] * 9}
     )
     assert names_in_one_line(sentences[0], "3–9, 20–21 (LeftArm, LeftForeArm)")
@@ -195,8 +200,15 @@ def test_what_was_left_is_told_by_limb_and_of_much_the_first() -> None:
 
 
 def test_the_budget_goes_by_the_size_of_a_clip() -> None:
-    assert budget_of(1000, 30) == 2.0 * budget_of(500, 30) == 3.0 * budget_of(1000, 10) > 0.0
-    assert budget_of(1, 30) == budget_of(40, 30) > 0.0  # every clip costs something
+    assert (
+        soft_search_budget(1000, 30)
+        == 2.0 * soft_search_budget(500, 30)
+        == 3.0 * soft_search_budget(1000, 10)
+        > 0.0
+    )
+    assert (
+        soft_search_budget(1, 30) == soft_search_budget(40, 30) > 0.0
+    )  # every clip costs something
 
 
 def test_all_limbs_share_one_budget(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -204,13 +216,13 @@ def test_all_limbs_share_one_budget(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def seek(*_limbs: object) -> soft_intervals.Searched:
         given.append(_limbs[-1])
-        return search(*_limbs)  # type: ignore[arg-type]
+        return search_soft_errors(*_limbs)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(consistency, "search", seek)
+    monkeypatch.setattr(consistency, "search_soft_errors", seek)
     motion = read_bvh(ASSETS / "walk.bvh").motion
     analyse(motion).detect()
     assert len(given) == 2  # arms, then legs
-    assert sum(given) == pytest.approx(budget_of(motion.frames, len(motion.skeleton)))
+    assert sum(given) == pytest.approx(soft_search_budget(motion.frames, len(motion.skeleton)))
 
 
 def test_limbs_of_a_long_clip_are_taken_one_by_one_with_the_same_jumps(

@@ -18,12 +18,12 @@ from twistcore.tuning import (
     DrawnErrors,
     TauCurve,
     Verdicts,
-    clip_tuning,
-    cost_of_all,
+    prepare_clip_tuning,
     shared_tau,
     tau_curve,
+    total_tuning_cost,
 )
-from twistcore.tuning.drawn_errors import rate_band
+from twistcore.tuning.drawn_errors import poisson_confidence_interval
 
 TAU = np.radians([1.0, 2.0, 4.0, 8.0])
 
@@ -46,7 +46,9 @@ def curve(drawn, alarms=(0, 0, 0, 0), noise=0.01, minutes=1.0):
 @pytest.fixture(scope="module")
 def walk_tuning():
     clip = read_bvh(ASSETS / "walk.bvh")
-    return {m: clip_tuning(clip.motion, clip.name, method=m) for m in ("consistency", "paper")}
+    return {
+        m: prepare_clip_tuning(clip.motion, clip.name, method=m) for m in ("consistency", "paper")
+    }
 
 
 @pytest.mark.parametrize("method", ["consistency", "paper"])
@@ -137,11 +139,11 @@ def test_one_draw_or_none_is_no_trouble():
 def test_chains_at_their_own_tau_add_by_their_frames():
     a = curve(errors([20.0], [[1, 1, 1, 0]], frames=30), alarms=(3, 2, 0, 0))
     b = curve(errors([20.0], [[1, 0, 0, 0]], frames=10), alarms=(1, 1, 1, 1))
-    cost = cost_of_all([(a, TAU[2]), (b, TAU[1])])
+    cost = total_tuning_cost([(a, TAU[2]), (b, TAU[1])])
     assert (cost.fsr, cost.alarms, cost.minutes) == pytest.approx((0.75, 1.0, 1.0))  # of one minute
     assert 0.0 < cost.low < 0.75 < cost.high < 1.0
     unknown = TauCurve(TAU, np.ones(4), 10, np.zeros(4), 1.0, (0.01,))
-    assert math.isnan(cost_of_all([(a, TAU[0]), (unknown, TAU[0])]).low)
+    assert math.isnan(total_tuning_cost([(a, TAU[0]), (unknown, TAU[0])]).low)
 
 
 def test_a_clip_in_which_nothing_was_drawn_hides_no_other():
@@ -152,13 +154,15 @@ def test_a_clip_in_which_nothing_was_drawn_hides_no_other():
         assert both.suggested(smallest=wanted) == c.suggested(smallest=wanted)
         np.testing.assert_array_equal(both.band, c.band)
     assert (empty + empty).drawn is None
-    cost = cost_of_all([(c, TAU[0]), (empty, TAU[0])])
+    cost = total_tuning_cost([(c, TAU[0]), (empty, TAU[0])])
     assert (cost.low, cost.high) == (c.cost(TAU[0]).low, c.cost(TAU[0]).high)
 
 
 def test_rare_events_are_known_by_their_count():
-    assert rate_band(0) == pytest.approx((0.0, 3.689), abs=1e-3)  # tables of Garwood
-    assert rate_band(10) == pytest.approx((4.795, 18.39), abs=1e-2)
+    assert poisson_confidence_interval(0) == pytest.approx(
+        (0.0, 3.689), abs=1e-3
+    )  # tables of Garwood
+    assert poisson_confidence_interval(10) == pytest.approx((4.795, 18.39), abs=1e-2)
     cost = curve(errors([20.0], [[1, 1, 1, 1]]), minutes=2.0).cost(TAU[0])
     assert cost.rate_band == pytest.approx((0.0, 3.689 / 2.0), abs=1e-3)
 
@@ -184,7 +188,7 @@ def test_in_frames_left_out_nothing_counts(dirty_walk, method):
     span = found.start - 40, found.start + 1
 
     def measured(*left_out):
-        tuning = clip_tuning(
+        tuning = prepare_clip_tuning(
             motion, "w", seeds=(0, 1), method=method, verdicts=verdicts, left_out=left_out
         )
         return tuning, tuning.curve(found.chain)
@@ -201,7 +205,7 @@ def test_blends_at_the_ends_and_a_persons_spans_are_told_together(walk):
     held = walk.motion.with_rotations(
         np.concatenate([walk.motion.rotations[:1]] * 20 + [walk.motion.rotations[20:]])
     )
-    tuning = clip_tuning(held, "w", left_out=[(100, 120), (110, 130)])
+    tuning = prepare_clip_tuning(held, "w", left_out=[(100, 120), (110, 130)])
     assert tuning.first > 1
     assert tuning.left_out == ((0, tuning.first), (100, 130))
     assert tuning.clean.motion.frames == held.frames - tuning.first

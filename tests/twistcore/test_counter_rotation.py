@@ -8,20 +8,20 @@ import pytest
 
 from tests.conftest import ASSETS
 from twistcore.detection.consistency.detector import _alike, _limbs, _lines
-from twistcore.detection.counter_twist.counter_rotation import combine, counter_rotation
-from twistcore.detection.counter_twist.coupling import explain_frames
+from twistcore.detection.counter_twist.counter_rotation import combine_residuals, counter_rotation
+from twistcore.detection.counter_twist.coupling import remove_neighbour_errors
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.prediction import (
     GapGrowth,
-    coarse_residual,
-    growth_at,
-    half_window,
-    local_scale,
+    half_scale_window_frames,
+    local_residual_scale,
+    residual_from_coarse_median,
+    sigma_growth_at_gaps,
 )
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.rotation import wrap
-from twistcore.synthesis import InjectedError, enrich, inject
+from twistcore.synthesis import InjectedError, add_counterpart_twist, inject
 
 FRAMES = 150
 
@@ -32,7 +32,7 @@ def made(kind):
     walk = read_bvh(ASSETS / "walk.bvh").motion.sliced(1, FRAMES + 1)
     chains = find_chains(walk)
     if "rich" in kind:
-        walk = enrich(walk, chains)
+        walk = add_counterpart_twist(walk, chains)
     rng = np.random.default_rng(len(kind))
     errors = []
     for chain in chains[::2] if "some" in kind else chains:
@@ -100,11 +100,11 @@ def judged(residual, sigma, least, least_lone):
 def plain(limb, fps, cut):
     """Residuals, scales, events and lone jumps of one limb."""
     captured = limb.increments()
-    half, live = half_window(fps), np.broadcast_to(~cut, captured.shape[1:])
+    half, live = half_scale_window_frames(fps), np.broadcast_to(~cut, captured.shape[1:])
     good = live
     for steps in (4, 4, 7, 7):
-        residual = coarse_residual(captured, steps)
-        sigma = local_scale(np.sqrt(np.abs(residual)), good, half)
+        residual = residual_from_coarse_median(captured, steps)
+        sigma = local_residual_scale(np.sqrt(np.abs(residual)), good, half)
         event, lone, _ = judged(residual, sigma, 3.0, 8.0)
         good = good & ~event & ~lone
     signals = captured
@@ -117,11 +117,11 @@ def plain(limb, fps, cut):
             growth = GapGrowth(captured, fits).measured(good)
         course = np.where(fits, cubic, linear)
         root = np.sqrt(np.abs(wrap(signals - course)))
-        sigma = local_scale(root, good & (gap[0] < 4.0), half)
+        sigma = local_residual_scale(root, good & (gap[0] < 4.0), half)
         for chain in range(len(good)):
             at = np.flatnonzero(gap[0, chain] > 1.0)
             of = np.full(len(at), chain)
-            sigma[:, chain, at] *= growth_at(growth, of, gap[0, chain, at])
+            sigma[:, chain, at] *= sigma_growth_at_gaps(growth, of, gap[0, chain, at])
         residual = wrap(captured - course)
         if turn and len(limb) > 1:
             jumping = (np.abs(residual) > 4.0 * sigma).any(axis=(0, 1)) & ~cut
@@ -129,7 +129,7 @@ def plain(limb, fps, cut):
             signals = captured.copy()
             if len(t):
                 given = captured[..., t], course[..., t], sigma[..., t]
-                signals[..., t] = explain_frames(limb, t, *given)
+                signals[..., t] = remove_neighbour_errors(limb, t, *given)
             residual = wrap(signals - course)
         event, lone, denied = judged(residual, sigma, 4.0, 6.0)
         before, good = good, live & ~event & ~(lone & denied)
@@ -154,7 +154,7 @@ def test_limbs_at_once_are_as_each_by_itself_and_every_frame_anew(kind):
             np.testing.assert_allclose((found.rx[rows], found.ry[rows]), residual, atol=1e-7)
             scales = found.sigma_x[rows], found.sigma_y[rows]
             np.testing.assert_allclose(scales, sigma, rtol=1e-6)
-            d, _, sigma_d, _ = combine(residual, sigma)
+            d, _, sigma_d, _ = combine_residuals(residual, sigma)
             np.testing.assert_allclose(found.d[rows], np.where(cut, 0.0, d), atol=1e-7)
             np.testing.assert_allclose(found.sigma[rows], sigma_d, rtol=1e-6)
 
@@ -182,7 +182,7 @@ def test_the_common_turn_is_the_mean_by_inverse_variance_on_the_circle():
     residual = wrap(np.stack([turn + noise[0], -turn + noise[1]]))
     weight = 1.0 / sigma**2
     mean = turn + (weight[0] * noise[0] - weight[1] * noise[1]) / weight.sum(axis=0)
-    d, apart, sigma_d, sigma_apart = combine(residual, sigma)
+    d, apart, sigma_d, sigma_apart = combine_residuals(residual, sigma)
     np.testing.assert_allclose(wrap(d - mean), 0.0, atol=1e-12)
     np.testing.assert_allclose(apart, noise.sum(axis=0), atol=1e-12)
     np.testing.assert_allclose(sigma_d, weight.sum(axis=0) ** -0.5)

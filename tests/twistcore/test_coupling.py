@@ -16,7 +16,7 @@ from twistcore.detection.counter_twist.coupling import (
     CHAIN_ACTIVE,
     HINGE,
     JOINT_JUMP,
-    explain_frames,
+    remove_neighbour_errors,
 )
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.prediction import FLOOR
@@ -39,7 +39,10 @@ seeds = st.integers(0, 2**32 - 1)
 
 @dataclass(frozen=True)
 class Line:
-    """What `explain_frames` is given; joints (n + 1, limbs, frames, 4), axes (n, limbs, 3)."""
+    """The parameters of `remove_neighbour_errors`.
+
+    joints (n + 1, limbs, frames, 4), axes (n, limbs, 3)
+    """
 
     joints: np.ndarray
     axes: np.ndarray
@@ -50,7 +53,7 @@ class Line:
 
     def explained(self) -> np.ndarray:
         given = self.t, self.signals, self.predicted, self.sigma
-        return explain_frames(Limbs(self.joints, self.axes), *given)
+        return remove_neighbour_errors(Limbs(self.joints, self.axes), *given)
 
 
 def small_turns(rng, degrees, *shape):
@@ -86,7 +89,7 @@ def line_of(n: int, seed: int, frames: int = 5, errors: float = 0.3, jumps: floa
 
 
 def enumerated(line: Line) -> np.ndarray:
-    """What `explain_frames` says, from all 2ⁿ sets of chains."""
+    """What `remove_neighbour_errors` says, from all 2ⁿ sets of chains."""
     n, frames = len(line.axes), len(line.t)
     all_runs = [(i, j) for i in range(n) for j in range(i, n)]
     solved = {(i, j): solved_run(range(i, j + 1), line) for i, j in all_runs}

@@ -12,7 +12,7 @@ from tests.tiers import examples
 from tests.twistcore.batch_folders import clips
 from tests.twistcore.test_batch_run import results, run
 from twistcore.batch.manifest import FILE, Manifest
-from twistcore.batch.manifest_tables import COLUMNS, expected_definitions
+from twistcore.batch.manifest_tables import COLUMNS, expected_table_definitions
 from twistcore.errors import TwistError
 from twistcore.files.version import __version__
 
@@ -114,7 +114,7 @@ def test_manifests_of_the_first_schema_are_read_and_continued(tmp_path):
         for table in COLUMNS:
             connection.execute(f"ALTER TABLE {table} DROP COLUMN crc")
         connection.execute("PRAGMA user_version = 1")
-    assert expected_definitions(1) != expected_definitions()
+    assert expected_table_definitions(1) != expected_table_definitions()
     old = file.read_bytes()
     assert read(tmp_path / "out") == before
     assert file.read_bytes() == old

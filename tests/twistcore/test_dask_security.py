@@ -11,7 +11,7 @@ import pytest
 from tests.processes import children_of, until
 from tests.twistcore.batch_folders import ROOT, clips
 from twistcore.batch.clip_task import ClipTask
-from twistcore.batch.dask_cluster import cluster
+from twistcore.batch.dask_cluster import open_dask_cluster
 from twistcore.batch.parameters import Parameters
 from twistcore.cli.command_line import main
 
@@ -62,7 +62,7 @@ def test_a_local_cluster_has_no_open_door(tmp_path):
     from distributed.security import Security
 
     [clip] = clips(tmp_path / "in", DIRTY, 1, frames=150)
-    with cluster(None, 1) as carry_out:
+    with open_dask_cluster(None, 1) as carry_out:
         address = carry_out.args[0].scheduler.address
         assert address.startswith("tls://127.0.0.1:")
         task = ClipTask(str(clip), clip.name, clip.stat().st_size, Parameters())

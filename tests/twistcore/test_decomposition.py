@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.analysis.decomposition import WhatIf, altered, decompose
+from twistcore.analysis.decomposition import WhatIf, decompose, motion_of_altered_frame
 from twistcore.detection import Interval
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decision, Judged
@@ -20,7 +20,7 @@ from twistcore.skeleton.rotation import (
     wrap,
 )
 from twistcore.skeleton.signals import twist_signals
-from twistcore.study.exercise import hide_errors, score_exercise
+from twistcore.study.exercise import hide_exercise_errors, score_exercise
 
 EXACT = 1e-9
 TURN = np.radians(70.0)
@@ -82,7 +82,9 @@ def test_a_counter_twist_is_an_error_and_leaves_everything_below_in_place(clip, 
     assert wrong.dtheta_c - still.dtheta_c == pytest.approx(-TURN)
     assert wrong.strength > 0.5 * TURN
     before = forward_kinematics(clip.motion.sliced(100, 101))
-    after = forward_kinematics(altered(clip.motion, chain, 100, WhatIf(twist=TURN, counter=True)))
+    after = forward_kinematics(
+        motion_of_altered_frame(clip.motion, chain, 100, WhatIf(twist=TURN, counter=True))
+    )
     assert after[1] == pytest.approx(before[1], abs=1e-9)
     others = [j for j in range(len(clip.motion.skeleton)) if j != chain.parent]
     assert geodesic_angle(after[0], before[0])[0, others].max() < 1e-6
@@ -151,12 +153,12 @@ def test_taking_an_offset_off_takes_a_counter_twist_back(clip, chain):
     frame = 100
     wrong = WhatIf(twist=TURN, counter=True)
     still = decompose(clip.motion, chain, frame)
-    dirty = altered(clip.motion, chain, frame, wrong)
+    dirty = motion_of_altered_frame(clip.motion, chain, frame, wrong)
     for share in (0.5, 1.0):
         applied = replace(wrong, applied=share)
         d = decompose(clip.motion, chain, frame, applied, offset=TURN)
         assert wrap(d.theta_p - still.theta_p) == pytest.approx((1.0 - share) * TURN)
-        right = altered(clip.motion, chain, frame, applied, offset=TURN)
+        right = motion_of_altered_frame(clip.motion, chain, frame, applied, offset=TURN)
         places = forward_kinematics(right)[1] - forward_kinematics(dirty)[1]
         assert np.abs(places).max() < 1e-9
     assert right.rotations[0] == pytest.approx(
@@ -176,7 +178,7 @@ def test_a_stage_is_part_of_the_swing_then_part_of_the_twist(clip, chain):
             assert d.n == pytest.approx(whole.n, abs=1e-7)
     assert d.q == pytest.approx(whole.q, abs=EXACT)
     # The children are carried: their own rotations are as they were.
-    part = altered(clip.motion, chain, 100, WhatIf(), stage=0.5)
+    part = motion_of_altered_frame(clip.motion, chain, 100, WhatIf(), stage=0.5)
     others = np.arange(len(clip.motion.skeleton)) != chain.parent
     still = clip.motion.rotations[100, others]
     assert part.rotations[0, others] == pytest.approx(still, abs=1e-15)
@@ -194,9 +196,9 @@ def judged(number, chain, start, stop, decision):
 
 def test_hidden_errors_depend_on_the_seed_alone(clip):
     chains = find_chains(clip.motion)
-    one, errors = hide_errors(clip.motion, chains, 7)
-    same, again = hide_errors(clip.motion, chains, 7)
-    other, _ = hide_errors(clip.motion, chains, 8)
+    one, errors = hide_exercise_errors(clip.motion, chains, 7)
+    same, again = hide_exercise_errors(clip.motion, chains, 7)
+    other, _ = hide_exercise_errors(clip.motion, chains, 8)
     assert np.array_equal(one.rotations, same.rotations)
     assert not np.array_equal(one.rotations, other.rotations)
     assert [(e.chain, e.start, e.stop) for e in errors] == [
@@ -208,7 +210,7 @@ def test_hidden_errors_depend_on_the_seed_alone(clip):
 
 def test_every_kind_of_verdict_is_counted(clip):
     chains = find_chains(clip.motion)
-    _, errors = hide_errors(clip.motion, chains, 7)
+    _, errors = hide_exercise_errors(clip.motion, chains, 7)
     found, overlooked, denied, *rest = errors
     free = next(c.name for c in chains if c.name not in {e.chain for e in errors})
     yes, no = Decision.ACCEPTED, Decision.REJECTED

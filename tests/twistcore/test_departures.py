@@ -14,18 +14,23 @@ from tests.twistcore.test_soft_errors import (
     erring,
     low_passed,
 )
-from twistcore.detection.soft_errors.departures import PROBES, bridge_weights, bridges, spans
-from twistcore.detection.soft_errors.natural_scale import fitted_share, natural_scales
+from twistcore.detection.soft_errors.departures import (
+    PROBES,
+    bridge_weights,
+    natural_level_bridges,
+    span_grids,
+)
+from twistcore.detection.soft_errors.natural_scale import fitted_increment_share, natural_scales
 from twistcore.detection.soft_errors.softened_level import (
     KERNELS,
     Level,
-    all_fitted,
-    filtered,
-    guess,
+    filtered_unit_step,
+    fit_softened_levels,
+    guess_softened_level,
     level_courses,
-    ramp,
+    linear_unit_ramp,
 )
-from twistcore.synthesis.protocol import chain_increments
+from twistcore.synthesis.protocol import chain_twist_increments
 
 # Departures
 
@@ -33,7 +38,7 @@ from twistcore.synthesis.protocol import chain_increments
 @pytest.mark.parametrize("fps", [30.0, 60.0, 120.0, 240.0])
 def test_bridges_keep_values_and_slopes_at_both_ends(fps):
     level = np.cumsum(np.random.default_rng(1).standard_normal(6 * round(fps)))
-    for span in spans(fps, len(level)):
+    for span in span_grids(fps, len(level)):
         h, n = span.reach, span.length
         assert 2 * span.support <= len(level)
         found = span.departures(level)
@@ -47,13 +52,15 @@ def test_bridges_keep_values_and_slopes_at_both_ends(fps):
                 at = a + round(probe * n)
                 assert value == pytest.approx(level[at] - cubic(at), abs=1e-9 * n)
             inside = np.arange(a + 1, b)
-            (course,) = bridges(level[None], np.array([[a + 1, b]]), slice(a + 1, b), h)
+            (course,) = natural_level_bridges(
+                level[None], np.array([[a + 1, b]]), slice(a + 1, b), h
+            )
             np.testing.assert_allclose(course, cubic(inside), rtol=1e-9, atol=1e-9 * n)
 
 
 def test_even_motion_departs_by_nothing_and_an_error_inside_by_itself():
     line = 0.3 + 0.01 * np.arange(900.0)
-    for span in spans(FPS, len(line)):
+    for span in span_grids(FPS, len(line)):
         assert np.abs(span.departures(line)).max() < 1e-9
         weights = bridge_weights(0.5, span.length, span.reach)
         assert sum(weights) == pytest.approx(1.0)
@@ -69,26 +76,26 @@ def test_the_natural_share_is_what_goes_with_the_sum():
     x = shares[:, None] * total
     x[:, 50:90] += THIRTY  # errors have no say
     clean = np.ones(x.shape, dtype=bool)
-    np.testing.assert_allclose(fitted_share(x, total, clean), shares, atol=0.02)
+    np.testing.assert_allclose(fitted_increment_share(x, total, clean), shares, atol=0.02)
     clean[:, 50:90] = False
-    np.testing.assert_allclose(fitted_share(x, total, clean), shares, atol=1e-3)
+    np.testing.assert_allclose(fitted_increment_share(x, total, clean), shares, atol=1e-3)
 
 
 def test_an_error_changes_the_sum_of_both_twists_by_nothing():
     motion = clip("walk.bvh", "rich")
     chain = chain_of(motion, "LeftArm")
     full, dirty = erring(motion, "LeftArm", 100, SHAPES["noise"])
-    sums = [np.sum(chain_increments(m, chain), axis=0) for m in (motion, dirty)]
+    sums = [np.sum(chain_twist_increments(m, chain), axis=0) for m in (motion, dirty)]
     np.testing.assert_allclose(sums[0], sums[1], atol=1e-9)
-    x = [np.cumsum(chain_increments(m, chain)[0]) for m in (motion, dirty)]
+    x = [np.cumsum(chain_twist_increments(m, chain)[0]) for m in (motion, dirty)]
     np.testing.assert_allclose(x[1] - x[0], full, atol=1e-9)
 
 
 def test_scales_grow_with_the_span_and_frames_told_bad_have_no_say():
     motion = clip("walk.bvh", "rich")
     chain = chain_of(motion, "LeftArm")
-    x, y = (v[None] for v in chain_increments(motion, chain))
-    every = spans(FPS, motion.frames)
+    x, y = (v[None] for v in chain_twist_increments(motion, chain))
+    every = span_grids(FPS, motion.frames)
     nowhere = np.zeros(x.shape, dtype=bool)
     natural = natural_scales(x, y, FPS, every, nowhere)
     middle = [float(np.median(n.sigma[1])) for n in natural]
@@ -112,16 +119,18 @@ def test_kernels_are_a_ramp_and_a_zero_phase_butterworth():
     for kernel in KERNELS:
         np.testing.assert_allclose(kernel(t) + kernel(-t), 1.0, atol=2e-2)
         np.testing.assert_allclose(kernel(np.array([-9.0, 9.0])), [0.0, 1.0], atol=1e-6)
-    np.testing.assert_allclose(ramp(np.array([-0.5, -0.25, 0.0, 0.5])), [0.0, 0.25, 0.5, 1.0])
+    np.testing.assert_allclose(
+        linear_unit_ramp(np.array([-0.5, -0.25, 0.0, 0.5])), [0.0, 0.25, 0.5, 1.0]
+    )
     expected = low_passed(np.ones(400), 10.0)
     frames = np.arange(len(expected)) - 40 + 0.5
-    np.testing.assert_allclose(filtered(frames[:200] / 12.0), expected[:200], atol=4e-3)
+    np.testing.assert_allclose(filtered_unit_step(frames[:200] / 12.0), expected[:200], atol=4e-3)
 
 
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_the_level_that_was_softened_is_found_again(kernel):
     truth = level_courses(np.array([[0.5, 30.5, 61.5, 11.0]]), kernel, 100)[0]
-    start = guess(truth)
+    start = guess_softened_level(truth)
     assert start.size == pytest.approx(0.5, abs=0.06)
     away = Level(0.4, start.onset + 3.0, start.end - 3.0, 5.0)
 
@@ -129,7 +138,7 @@ def test_the_level_that_was_softened_is_found_again(kernel):
         sigma = np.radians(0.2) * wider
         return (courses - truth) / sigma, np.ones_like(courses) / sigma
 
-    ((found, left),) = all_fitted([(away, kernel, 20.0)], 100, lambda c: c, residuals)
+    ((found, left),) = fit_softened_levels([(away, kernel, 20.0)], 100, lambda c: c, residuals)
     np.testing.assert_allclose(found, truth, atol=np.radians(0.1))
     assert left < 1.0
-    assert guess(np.zeros(50)) is None
+    assert guess_softened_level(np.zeros(50)) is None

@@ -18,13 +18,13 @@ from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.rotation import wrap
 from twistcore.skeleton.signals import azimuth_increments, counter_rotation, twist_signals
-from twistcore.study.evaluation import measure_clip, summarise
+from twistcore.study.evaluation import measure_corrected_clip, summarise_samples
 from twistcore.synthesis import (
     InjectedError,
     Truth,
+    clip_random_generator,
     draw_errors,
     draw_targets,
-    generator,
     inject,
     read_truth,
 )
@@ -83,13 +83,13 @@ def test_the_sample_holds_its_known_errors(dirty_walk):
 def test_the_papers_success_rate_on_a_walk():
     samples = []
     for seed in range(20):
-        rng = generator(seed, "walk")
+        rng = clip_random_generator(seed, "walk")
         errors = draw_errors(WALK.motion, draw_targets(CHAINS, rng), rng)
         dirty = inject(WALK.motion, CHAINS, errors)
         refined = refine(dirty, CHAINS, detect(dirty, CHAINS, "paper"))
         truth = Truth("walk", "P0", seed, WALK.motion.frames, WALK.motion.fps, errors)
-        samples.append(measure_clip(truth, WALK.motion, refined, CHAINS))
-    table = summarise(samples)
+        samples.append(measure_corrected_clip(truth, WALK.motion, refined, CHAINS))
+    table = summarise_samples(samples)
     assert table.overall.frames > 1000
     assert table.overall.fsr_percent >= 95.0
     assert table.overall.mae_before_deg > 60.0
@@ -98,7 +98,7 @@ def test_the_papers_success_rate_on_a_walk():
 
 def test_injection_keeps_to_the_protocol():
     for seed in range(20):
-        rng = generator(seed, "walk")
+        rng = clip_random_generator(seed, "walk")
         targets = draw_targets(CHAINS, rng)
         a, b = targets
         assert not {a.parent, a.child} & {b.parent, b.child}
@@ -117,13 +117,13 @@ def test_injection_keeps_to_the_protocol():
 
 def test_a_seed_gives_the_same_errors_again():
     def draw():
-        rng = generator(7, "some/where/walk.bvh")
+        rng = clip_random_generator(7, "some/where/walk.bvh")
         return [
             (e.chain, e.start, e.stop, e.offset[0]) for e in draw_errors(WALK.motion, CHAINS, rng)
         ]
 
     assert draw() == draw()
-    rng = generator(8, "walk.bvh")
+    rng = clip_random_generator(8, "walk.bvh")
     assert draw() != [
         (e.chain, e.start, e.stop, e.offset[0]) for e in draw_errors(WALK.motion, CHAINS, rng)
     ]

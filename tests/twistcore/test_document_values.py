@@ -11,11 +11,11 @@ from tests.messages import refused
 from tests.tiers import parametrize
 from tests.twistcore.reviews import CLIP, fresh
 from twistcore.errors import FormatError, TwistError
-from twistcore.export.replay import check_belongs
+from twistcore.export.replay import check_session_fits_clip
 from twistcore.files import document_values as values
-from twistcore.review import read_session, recover
+from twistcore.review import read_session, replay_journal
 from twistcore.review.left_out import joined_spans, uncovered_parts
-from twistcore.review.model import as_written, constant_interval
+from twistcore.review.model import constant_interval, round_interval_offset
 from twistcore.review.session import session_bytes, session_from_document
 from twistcore.skeleton.rig import read_rig
 from twistcore.synthesis.truth import read_truth
@@ -26,18 +26,18 @@ ANYTHING = st.recursive(
     lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner),
 )
 LOOKS = [
-    values.text,
-    values.path_text,
-    values.flag,
-    values.number,
-    values.above_zero,
-    values.whole,
-    values.items,
-    values.texts,
-    lambda value, what: values.one_of(value, what, ("a", "b")),
-    lambda value, what: values.has(value, "a", what=what),
-    lambda value, what: values.read_each(value, what, lambda one: values.whole(one, "one")),
-    lambda value, what: values.frames({what: value, "start": value, "stop": 5}),
+    values.check_string,
+    values.check_path_string,
+    values.check_bool,
+    values.check_number,
+    values.check_positive_number,
+    values.check_integer,
+    values.check_list,
+    values.check_string_list,
+    lambda value, what: values.check_choice(value, what, ("a", "b")),
+    lambda value, what: values.check_keys(value, "a", what=what),
+    lambda value, what: values.read_each(value, what, lambda one: values.check_integer(one, "one")),
+    lambda value, what: values.read_frame_span({what: value, "start": value, "stop": 5}),
 ]
 
 
@@ -56,7 +56,7 @@ def test_anything_is_what_was_expected_or_told_in_a_short_sentence(look, value):
 
 @pytest.mark.parametrize("value", [True, "1", None, float("nan"), float("inf"), 10**400, [1.0]])
 def test_what_is_no_finite_number_is_none(value):
-    for look in (values.number, values.above_zero):
+    for look in (values.check_number, values.check_positive_number):
         with refused(FormatError, "fps"):
             look(value, "fps")
 
@@ -64,7 +64,7 @@ def test_what_is_no_finite_number_is_none(value):
 @pytest.mark.parametrize("value", [True, 1.0, "1", None, -1, 2**60, 10**400])
 def test_what_is_no_whole_number_is_none(value):
     with refused(FormatError, "next_id"):
-        values.whole(value, "next_id")
+        values.check_integer(value, "next_id")
 
 
 @pytest.mark.parametrize(
@@ -108,7 +108,7 @@ def test_dots_in_names_and_comments_are_no_keys():
     assert values.parsed_toml(text.encode()) == {"a." * 50: {"tau_deg": 2.5}}
 
 
-@pytest.mark.parametrize("read", [read_session, read_profile, read_rig, read_truth, recover])
+@pytest.mark.parametrize("read", [read_session, read_profile, read_rig, read_truth, replay_journal])
 @pytest.mark.parametrize("data", [b"[" * 100_000, b"\xff\xfe", b"\0" * 9, b"a = 1", b"null"])
 def test_every_reader_says_what_is_wrong_in_a_sentence(tmp_path, read, data):
     path = tmp_path / "document"
@@ -133,7 +133,7 @@ def test_a_frame_far_behind_the_clip_takes_no_memory(tmp_path):
     session = read_session(path)
     assert all(j.interval.offset.strides == (0,) for j in session.state.intervals)
     with pytest.raises(TwistError):
-        check_belongs(session, CLIP, [*_chains(session)])
+        check_session_fits_clip(session, CLIP, [*_chains(session)])
     for stop in (values.MOST_FRAMES + 1, 2**63, 10**29):
         with refused(FormatError, "stop"):
             session_from_document(far(document, 0, stop))
@@ -147,9 +147,9 @@ def _chains(session):
 
 def test_a_constant_offset_is_written_alike_however_it_is_held():
     held = constant_interval("a", 3, 9, 0.123456789012)
-    light = as_written(type(held)("a", 3, 9, np.broadcast_to(held.offset[:1], (6,))))
+    light = round_interval_offset(type(held)("a", 3, 9, np.broadcast_to(held.offset[:1], (6,))))
     assert light.offset.strides == (0,)
-    np.testing.assert_array_equal(light.offset, as_written(held).offset)
+    np.testing.assert_array_equal(light.offset, round_interval_offset(held).offset)
 
 
 SPANS = st.lists(

@@ -10,10 +10,15 @@ from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from twistcore.cli import main
-from twistcore.files.encoding import encoded, escaped, json_bytes, unescaped
+from twistcore.files.encoding import (
+    encode_utf8,
+    escape_invalid_utf8,
+    json_bytes,
+    unescape_invalid_utf8,
+)
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Review, read_session, start_review, write_session
-from twistcore.review.journal import Journal, recover
+from twistcore.review.journal import Journal, replay_journal
 from twistcore.review.model import constant_interval
 from twistcore.skeleton.chain import find_chains
 from twistcore.synthesis import read_truth
@@ -32,9 +37,9 @@ def test_json_is_utf_8_and_gives_the_same_name_again(name):
 
 @given(any_name)
 def test_text_is_utf_8_and_an_escape_is_undone(name):
-    assert encoded(name).decode("utf-8") == escaped(name)
+    assert encode_utf8(name).decode("utf-8") == escape_invalid_utf8(name)
     if "\\udc" not in name:
-        assert unescaped(escaped(name)) == name
+        assert unescape_invalid_utf8(escape_invalid_utf8(name)) == name
 
 
 def test_what_is_no_number_is_no_json():
@@ -66,7 +71,7 @@ def test_session_and_journal_carry_it(latin):
     assert back.state.intervals[0].interval.chain == NAME
     journal = Journal(latin.with_suffix(".journal"), clip, state)
     journal.close()
-    assert recover(journal.path).review.state.intervals[0].interval.chain == NAME
+    assert replay_journal(journal.path).review.state.intervals[0].interval.chain == NAME
     assert Review(back.state).state.tau[NAME] == pytest.approx(0.1)
 
 
@@ -79,7 +84,7 @@ def test_every_command_carries_it(latin, capfd):
     assert b"JOINT Unterarm \xfc" in out.read_bytes()
     assert main(["signals", str(latin), "--csv", str(table), "--chain", NAME]) == 0
     rows = list(csv.reader(table.read_text(encoding="utf-8").splitlines()))
-    assert {row[0] for row in rows} == {"chain", escaped(NAME)}
+    assert {row[0] for row in rows} == {"chain", escape_invalid_utf8(NAME)}
     words = ["inject", str(latin), "-o", str(folder / "i.bvh"), "--truth", str(truth)]
     assert main([*words, "--seed", "3"]) == 0
     assert read_truth(truth).clip == latin.name

@@ -11,13 +11,13 @@ from tests.conftest import ASSETS
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import automatic_corrections, refine
 from twistcore.detection import Interval
-from twistcore.detection.consistency.chain_analysis import judged, tempered
+from twistcore.detection.consistency.chain_analysis import halve_low_log_odds, judge_interval
 from twistcore.detection.evidence import (
     Background,
     ChainSignals,
     SuspectedError,
     judgement_of,
-    terms_of,
+    measure_evidence,
 )
 from twistcore.detection.evidence.chain_signals import ALONG
 from twistcore.detection.evidence.judgement import WEIGHTS, unweighted_terms
@@ -40,7 +40,7 @@ def twisted(chain, degrees, start=START, stop=STOP, motion=WALK):
 
 def judgement(motion, chain, find):
     known = ChainSignals.of(motion, chain)
-    terms = terms_of(Background.of(known, [find]), find)
+    terms = measure_evidence(Background.of(known, [find]), find)
     return judgement_of(terms, chain.segment), terms
 
 
@@ -103,14 +103,14 @@ def test_no_confidence_is_above_what_the_evidence_gives():
     known = ChainSignals.of(WALK, chain)
     made_up = Interval("LeftArm", START, STOP, np.full(10, 0.3), confidence=0.99)
     find = SuspectedError(START, STOP, np.degrees(made_up.offset))
-    terms = terms_of(Background.of(known, []), find)
-    doubted, _ = judged(made_up, terms, known.segment)
+    terms = measure_evidence(Background.of(known, []), find)
+    doubted, _ = judge_interval(made_up, terms, known.segment)
     assert doubted.confidence < 0.3
     assert doubted.evidence["doubts"]
     assert automatic_corrections([made_up])
     assert not automatic_corrections([doubted])
     unsure = replace(made_up, confidence=0.01)
-    assert judged(unsure, terms, known.segment)[0].confidence == tempered(0.01)
+    assert judge_interval(unsure, terms, known.segment)[0].confidence == halve_low_log_odds(0.01)
 
 
 def test_the_same_interval_is_judged_once_at_every_tau():
@@ -219,7 +219,7 @@ def test_between_the_pieces_of_a_bone_no_joint_is_named():
     chain = replace(CHAINS["LeftArm"], ends=False, grandchild=-1)
     motion, find = twisted(CHAINS["LeftArm"], 20.0)
     known = ChainSignals.of(motion, chain)
-    terms = replace(terms_of(Background.of(known, [find]), find), rate=20.0)
+    terms = replace(measure_evidence(Background.of(known, [find]), find), rate=20.0)
     assert not any("elbow" in d for d in judgement_of(terms, known.segment).doubts)
 
 
@@ -301,7 +301,7 @@ def test_what_turns_by_little_is_left_unless_it_is_clear():
         assert not judgement_of(other).small
     made_up = Interval("LeftArm", START, STOP, np.full(10, 0.04), confidence=0.99)
     for own, left in ((dim, True), (clear[0], False)):
-        found, _ = judged(made_up, own, "Arm")
+        found, _ = judge_interval(made_up, own, "Arm")
         assert (found.open, len(automatic_corrections([found]))) == (left, 1 - left)
         assert found.confidence > 0.5
 
@@ -319,9 +319,9 @@ def test_on_a_straight_limb_both_bones_must_turn_at_the_ends():
 
 def test_doubts_overlap_so_that_below_even_odds_they_count_half():
     for probability in (0.0, 0.5, 0.8, 1.0):
-        assert tempered(probability) == probability
+        assert halve_low_log_odds(probability) == probability
     odds = [0.001, 0.01, 0.1, 0.3, 0.49]
-    found = [tempered(p) for p in odds]
+    found = [halve_low_log_odds(p) for p in odds]
     assert found == sorted(found)
     assert max(found) < 0.5
     for before, after in zip(odds, found, strict=True):

@@ -8,8 +8,8 @@ from twistcore.formats.bvh import parse_bvh, read_bvh
 from twistcore.formats.clip import changed_rotations
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.rotation import geodesic_angle
-from twistcore.study.exercise import hide_errors
-from twistcore.study.exercise_clip import decimals_of, write_exercise_clip
+from twistcore.study.exercise import hide_exercise_errors
+from twistcore.study.exercise_clip import decimals_of_written_angles, write_exercise_clip
 
 WALK = read_bvh(ASSETS / "walk.bvh")
 
@@ -25,7 +25,7 @@ def in_other_words(word):
 )
 def test_nothing_about_its_decimals_tells_an_error(tmp_path, word, decimals):
     clip, path = in_other_words(word), tmp_path / "a.bvh"
-    dirty, errors = hide_errors(clip.motion, find_chains(clip.motion), 5)
+    dirty, errors = hide_exercise_errors(clip.motion, find_chains(clip.motion), 5)
     write_exercise_clip(clip, dirty, path)
     written = read_bvh(path)
     words = [line.split() for line in path.read_text().splitlines()[-len(clip.values) :]]
@@ -48,6 +48,9 @@ def test_nothing_about_its_decimals_tells_an_error(tmp_path, word, decimals):
 
 def test_a_joint_that_stands_still_does_not_count():
     moving = np.round(np.random.default_rng(1).uniform(-180.0, 180.0, 4000), 4)
-    assert decimals_of(np.concatenate([moving, np.full(9000, 90.0), np.zeros(9000)])) == 3
-    assert decimals_of(np.zeros(5)) == 3
-    assert decimals_of(np.arange(-90.0, 90.0)) == 0
+    assert (
+        decimals_of_written_angles(np.concatenate([moving, np.full(9000, 90.0), np.zeros(9000)]))
+        == 3
+    )
+    assert decimals_of_written_angles(np.zeros(5)) == 3
+    assert decimals_of_written_angles(np.arange(-90.0, 90.0)) == 0

@@ -16,11 +16,11 @@ from twistcore.detection.soft_errors.explanations import (
 )
 from twistcore.detection.soft_errors.softened_level import (
     Level,
-    all_fitted,
-    filtered,
-    guess,
+    filtered_unit_step,
+    fit_softened_levels,
+    guess_softened_level,
     level_courses,
-    ramp,
+    linear_unit_ramp,
 )
 
 DEGREE = math.pi / 180.0
@@ -134,7 +134,9 @@ def plain_levels(stretch, length, middle):
     for wider in (1.0, 3.0):
         tried = []
         for begin, end, width in levels:
-            shape = level_courses(np.array([[1.0, begin, end, width]]), ramp, stretch.frames)
+            shape = level_courses(
+                np.array([[1.0, begin, end, width]]), linear_unit_ramp, stretch.frames
+            )
             (size,) = long.sizes(long.departures(shape), wider)
             left = float(long.surprise(long.departures(size * shape), wider)[0])
             tried.append((left, float(size), begin, end, width))
@@ -206,7 +208,7 @@ def plain_best(surprise, place, fit_below):
     best = free
     if ratio < fit_below or nothing - free[0] < 45.0:
         rivals = [free] if ratio >= 10.0 else []
-        starts = [(guess(free[1]), ratio / 3.0)]
+        starts = [(guess_softened_level(free[1]), ratio / 3.0)]
         starts += [
             (Level(*v), w) for v, w in plain_levels(stretch, place.length, place.middle - low)
         ]
@@ -214,9 +216,11 @@ def plain_best(surprise, place, fit_below):
             (start, kernel, coarsest)
             for start, coarsest in starts
             if start is not None
-            for kernel in (ramp, filtered)
+            for kernel in (linear_unit_ramp, filtered_unit_step)
         ]
-        for shape, left in all_fitted(every, high - low, stretch.departures, stretch.residuals):
+        for shape, left in fit_softened_levels(
+            every, high - low, stretch.departures, stretch.residuals
+        ):
             rivals.append((left + 8.0, shape, 0.5 * free[2]))
             at = [low + t for t, v in enumerate(shape) if abs(v) > 0.05 * DEGREE]
             if ratio >= 10.0 and at and (again := try_free(at[0], at[-1] + 1)):

@@ -11,7 +11,14 @@ import pytest
 from tests.conftest import ASSETS
 from tests.messages import refused
 from twistcore.errors import TwistError
-from twistcore.files.kinds import AMC, BVH, LOOKED_AT, NPZ, found_instead, kind_of
+from twistcore.files.kinds import (
+    AMC,
+    BVH,
+    LOOKED_AT,
+    NPZ,
+    detect_file_kind,
+    wrong_file_kind_message,
+)
 from twistcore.formats.bvh import parse_bvh
 from twistcore.formats.reading import read_clip
 from twistcore.review import read_session
@@ -100,15 +107,15 @@ def test_a_session_whose_keys_are_in_another_order_is_still_read_as_one(tmp_path
 def test_every_clip_of_ours_is_known_for_what_it_is():
     for path in sorted(ASSETS.glob("*.bvh")):
         head = path.read_bytes()[:LOOKED_AT]
-        assert kind_of(head) is BVH
-        assert found_instead(head, BVH) is None
-    assert found_instead(arrays(), NPZ) is None
-    assert found_instead(b":FULLY-SPECIFIED\n:DEGREES\n1\n", AMC) is None
+        assert detect_file_kind(head) is BVH
+        assert wrong_file_kind_message(head, BVH) is None
+    assert wrong_file_kind_message(arrays(), NPZ) is None
+    assert wrong_file_kind_message(b":FULLY-SPECIFIED\n:DEGREES\n1\n", AMC) is None
 
 
 @pytest.mark.parametrize("data", [b"", b"P", b"{", b"hello", b"1 2 3", b"\x00" * 40, b"\xff\xfeH"])
 def test_what_cannot_be_told_is_left_to_the_reader(data):
-    assert kind_of(data) is None
+    assert detect_file_kind(data) is None
     if data:
         with pytest.raises(TwistError, match="HIERARCHY"):
             parse_bvh(data)

@@ -12,7 +12,12 @@ from tests.tiers import parametrize
 from tests.twistcore.reviews import flip, flipped
 from twistcore.detection import Kind
 from twistcore.detection.limb_flips import analyse_limbs
-from twistcore.detection.limb_flips.explanation import Run, _possible_runs, explain, why_unexplained
+from twistcore.detection.limb_flips.explanation import (
+    Run,
+    _possible_runs,
+    explain_limb_jumps,
+    why_unexplained,
+)
 from twistcore.detection.limb_flips.flips import LimbFlips, _end_turns, _of_limb
 from twistcore.detection.limb_flips.jumps import Jump
 from twistcore.formats.bvh import read_bvh
@@ -172,7 +177,7 @@ def plain_explain(jumps, angle, height, capture, fps):
 @parametrize("seed", range(16), quick=8)
 def test_the_cheapest_explanation_is_that_of_all_ways(seed, fps):
     jumps, (angle, height, capture) = jumps_of(seed, 6 + 2 * (seed % 4)), limb_of(seed)
-    found = explain(jumps, angle, height, capture, fps)
+    found = explain_limb_jumps(jumps, angle, height, capture, fps)
     wanted = plain_explain(jumps, angle, height, capture, fps)
     assert [(r.start, r.stop) for r in found] == [(w["start"], w["stop"]) for w in wanted]
     for run, plain in zip(found, wanted, strict=True):
@@ -203,8 +208,8 @@ def test_the_cheapest_explanation_is_that_of_all_ways(seed, fps):
 def test_partners_alone_explain_nothing():
     quiet = [Jump(20, 21, (3.0,), 0.01, leads=False), Jump(30, 31, (-3.0,), 0.01, leads=False)]
     nothing, everywhere = np.zeros(FRAMES), np.ones(FRAMES, dtype=bool)
-    assert explain(quiet, nothing, nothing, everywhere, 120.0) == []
-    assert explain([], nothing, nothing, everywhere, 120.0) == []
+    assert explain_limb_jumps(quiet, nothing, nothing, everywhere, 120.0) == []
+    assert explain_limb_jumps([], nothing, nothing, everywhere, 120.0) == []
 
 
 def test_a_run_follows_four_jumps_inside_at_most():
@@ -213,7 +218,7 @@ def test_a_run_follows_four_jumps_inside_at_most():
     arcs = _possible_runs(jumps, 120.0)
     followed = {len(a.run.followed) for a in arcs if a.run}
     assert followed == {0, 1, 2, 3, 4}
-    assert len(explain(jumps, nothing, nothing, everywhere, 120.0)) > 0
+    assert len(explain_limb_jumps(jumps, nothing, nothing, everywhere, 120.0)) > 0
 
 
 # Flips
@@ -289,7 +294,7 @@ def test_a_flip_says_what_it_was_found_by():
     assert told["closing_residual_deg"] == pytest.approx(20.0)
     path = {f"path{what}{when}" for what in ("", "_roughness") for when in ("", "_corrected")}
     assert set(told) == {"edges", "closing_residual_deg", "side", "odds", "doubts", *path}
-    (run,) = explain(
+    (run,) = explain_limb_jumps(
         flips.jumps(50.0 * DEGREE),
         flips.swivel.angle,
         flips.swivel.height,
@@ -307,7 +312,7 @@ def test_a_limb_tells_why_a_jump_is_left():
     flips = flips_of({60: 170.0, 72: -150.0, 110: 100.0})
     jumps = flips.jumps(50.0 * DEGREE)
     s = flips.swivel
-    runs = explain(jumps, s.angle, s.height, flips.capture, flips.fps)
+    runs = explain_limb_jumps(jumps, s.angle, s.height, flips.capture, flips.fps)
     for jump in jumps:
         found = flips.why_unexplained(jumps, jump)
         wanted = why_unexplained(jumps, jump, runs, s.angle, s.height, flips.capture, flips.fps)

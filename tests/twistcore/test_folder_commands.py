@@ -16,9 +16,14 @@ from tests.twistcore.test_cli import run
 from twistcore.batch import survey_folder
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh, write_motion
-from twistcore.formats.clip_files import BVH, clips_by_name, clips_in, kinds_of_clips
+from twistcore.formats.clip_files import (
+    BVH,
+    clip_paths_in_folder,
+    clips_by_name,
+    format_names_from_suffixes,
+)
 from twistcore.review import Decide, Decision, write_session
-from twistcore.study.quamo.sequences import read_folder
+from twistcore.study.quamo.sequences import read_sequence_folder
 
 WALK = ASSETS / "walk.bvh"
 
@@ -53,14 +58,14 @@ ALL = ("01_good.bvh", "05_UPPER.BVH", *BAD)
 
 
 def test_the_clips_of_a_folder(odd):
-    assert [path.name for path in clips_in(odd)] == list(ALL)
+    assert [path.name for path in clip_paths_in_folder(odd)] == list(ALL)
     shutil.move(odd / "05_UPPER.BVH", odd / "folder.bvh")
-    assert len(clips_in(odd)) == len(ALL) - 1
+    assert len(clip_paths_in_folder(odd)) == len(ALL) - 1
     assert list(clips_by_name(odd)) == ["01_good.bvh", *BAD, "folder.bvh/05_UPPER.BVH"]
-    assert clips_in(odd / "nowhere") == clips_in(odd / "bad.bvh") == []
+    assert clip_paths_in_folder(odd / "nowhere") == clip_paths_in_folder(odd / "bad.bvh") == []
     (odd / "folder.bvh" / "x.npz").touch()
-    assert len(clips_in(odd / "folder.bvh", suffixes=BVH)) == 1
-    assert len(clips_in(odd / "folder.bvh", suffixes=(".npz", ".amc"))) == 1
+    assert len(clip_paths_in_folder(odd / "folder.bvh", suffixes=BVH)) == 1
+    assert len(clip_paths_in_folder(odd / "folder.bvh", suffixes=(".npz", ".amc"))) == 1
     with pytest.raises(TwistError, match="BVH or NPZ"):
         clips_by_name(odd / "bad.bvh", suffixes=(".bvh", ".npz"))
 
@@ -87,7 +92,7 @@ def test_a_bad_file_stops_no_command(capsys, odd, words):
 def test_a_bad_file_stops_no_survey_and_no_study(odd):
     surveys = {s.path.name: s.problem for s in survey_folder(odd)}
     assert [name for name in ALL if surveys[name]] == list(BAD)
-    sequences, problems = read_folder(odd)
+    sequences, problems = read_sequence_folder(odd)
     assert [s.subject for s in sequences] == ["01", "05"]
     assert listed("\n".join(problems)) == sorted(BAD)
 
@@ -142,7 +147,7 @@ def test_equal_folders_and_a_folder_beside_a_file(capsys, tmp_path, cut):
     assert names_in_one_line(err, str(cut))
     code, _, err = run(capsys, "diff", cut.parent, tmp_path)
     assert code == 2
-    assert names_in_one_line(err, f"{tmp_path}: ", kinds_of_clips())
+    assert names_in_one_line(err, f"{tmp_path}: ", format_names_from_suffixes())
 
 
 # --- apply -----------------------------------------------------------------------------------
@@ -309,4 +314,4 @@ def test_an_npz_of_other_data_is_no_clip(tmp_path):
     with (tmp_path / "walk.NPZ").open("wb") as file:
         np.savez(file, poses=np.zeros((2, 66)))
     (tmp_path / "damaged.npz").write_bytes(b"PK\x03\x04")
-    assert [path.name for path in clips_in(tmp_path)] == ["damaged.npz", "walk.NPZ"]
+    assert [path.name for path in clip_paths_in_folder(tmp_path)] == ["damaged.npz", "walk.NPZ"]

@@ -14,7 +14,11 @@ from tests.twistcore.test_report_difference import written
 from twistcore.cli import main
 from twistcore.detection import Interval, Kind
 from twistcore.export.folder_compare import compare_folders, folder_difference_to_json
-from twistcore.export.folder_replay import WRITTEN, note_written, read_written
+from twistcore.export.folder_replay import (
+    WRITTEN,
+    add_replayed_clip_hash,
+    read_replayed_clip_hashes,
+)
 from twistcore.formats.clip import write_clip
 from twistcore.report.report_difference import report_difference
 from twistcore.review import Command, Decide, Decision, Judged
@@ -322,9 +326,9 @@ def test_the_journal_s_lines_are_those_that_are_written():
 
 def test_the_lines_about_what_apply_wrote_are_those_that_are_written(tmp_path):
     (tmp_path / WRITTEN).write_text(APPLIED, "utf-8")
-    told = read_written(tmp_path)
+    told = read_replayed_clip_hashes(tmp_path)
     assert list(told) == ["takes/walk.bvh", "run.bvh"]
     (tmp_path / WRITTEN).unlink()
     for name, sha256 in told.items():
-        note_written(tmp_path, name, sha256)
+        add_replayed_clip_hash(tmp_path, name, sha256)
     assert (tmp_path / WRITTEN).read_text("utf-8") == APPLIED

@@ -19,7 +19,7 @@ from twistcore.review import (
 )
 from twistcore.review.commands import ChangeChains
 from twistcore.review.model import Judged, with_earlier_decisions
-from twistcore.review.reasons import redetected_intervals, with_reasons
+from twistcore.review.reasons import make_evidence_adder, redetected_intervals
 from twistcore.skeleton.rig import AS_FOUND, Rig
 
 
@@ -43,7 +43,7 @@ def test_reasons_are_told_again_of_what_was_found_alike():
     assert done.state.find(1) is state.find(1)  # knows its own
     assert done.state.find(4).interval.evidence == {}
     same = done.state
-    assert with_reasons([])(same) is same
+    assert make_evidence_adder([])(same) is same
     done.undo()
     assert done.state.find(2).interval.evidence == why
     done.mark_unsaved()

@@ -11,19 +11,19 @@ from hypothesis import strategies as st
 from tests.conftest import ASSETS
 from tests.twistcore.strategies import axes, quaternions
 from twistcore.analysis.correction.twist_removal import remove_twist
-from twistcore.analysis.decomposition import WhatIf, altered, decompose
-from twistcore.analysis.decomposition.altered_frame import rotation_at_stage
+from twistcore.analysis.decomposition import WhatIf, decompose, motion_of_altered_frame
+from twistcore.analysis.decomposition.altered_frame import partial_rotation_at_stage
 from twistcore.analysis.decomposition.directions import (
     angle_between,
-    at_frame,
-    direction,
     perpendicular,
+    unit_vector,
+    vector_at_frame,
 )
 from twistcore.analysis.decomposition.frame_correction import correct_frame
 from twistcore.analysis.decomposition.rotation_forms import (
     EulerChannels,
     euler_channels,
-    other_order,
+    twist_swing_factors,
     unwrapped_twist,
 )
 from twistcore.formats.bvh import read_bvh
@@ -63,12 +63,12 @@ def test_angles_between_directions_are_exact_near_0_and_180_degrees_too(u, v):
 
 
 def test_what_has_no_length_has_no_direction():
-    np.testing.assert_array_equal(direction(np.array([0.0, 0.0, 9e-10])), np.zeros(3))
-    np.testing.assert_allclose(direction(np.array([0.0, 0.0, -2e-9])), [0.0, 0.0, -1.0])
+    np.testing.assert_array_equal(unit_vector(np.array([0.0, 0.0, 9e-10])), np.zeros(3))
+    np.testing.assert_allclose(unit_vector(np.array([0.0, 0.0, -2e-9])), [0.0, 0.0, -1.0])
     varying = np.arange(6.0).reshape(2, 3)
-    assert at_frame(varying, 1).tolist() == [3.0, 4.0, 5.0]
-    assert at_frame(varying[0], 1) is not None
-    np.testing.assert_array_equal(at_frame(varying[0], 1), varying[0])
+    assert vector_at_frame(varying, 1).tolist() == [3.0, 4.0, 5.0]
+    assert vector_at_frame(varying[0], 1) is not None
+    np.testing.assert_array_equal(vector_at_frame(varying[0], 1), varying[0])
 
 
 # Forms
@@ -76,7 +76,7 @@ def test_what_has_no_length_has_no_direction():
 
 @given(quaternions, axes)
 def test_the_factors_in_the_other_order_make_the_same_rotation(q, a):
-    twist, swing = other_order(q, a)
+    twist, swing = twist_swing_factors(q, a)
     np.testing.assert_allclose(multiply(twist, swing), q, atol=1e-12)
     np.testing.assert_allclose(np.abs(swing[0]), np.abs(swing_twist(q, a)[0][0]), atol=1e-9)
     if np.hypot(q[0], q[1:] @ a) > 1e-6:
@@ -124,7 +124,7 @@ def test_the_first_axis_and_the_last_lock_within_five_degrees():
 @given(quaternions, axes, st.floats(-1.0, 3.0))
 def test_a_stage_is_a_share_of_the_swing_then_one_of_the_twist(q, a, stage):
     swing, twist = swing_twist(q, a)
-    found = rotation_at_stage(q, a, stage)
+    found = partial_rotation_at_stage(q, a, stage)
     part = min(max(stage, 0.0), 1.0)
     full = 2.0 * math.atan2(np.linalg.norm(swing[1:]), abs(swing[0]))
     if min(full, math.pi - full) < 1e-3:
@@ -153,9 +153,9 @@ def test_a_nudge_tips_the_bone_out_of_its_plane():
 
 def test_of_a_limb_without_a_swing_or_a_bend_some_plane_is_taken():
     straight = WhatIf(swing=0.0, bend=0.0)
-    rotations = altered(MOTION, CHAIN, 40, straight).rotations
+    rotations = motion_of_altered_frame(MOTION, CHAIN, 40, straight).rotations
     still = MOTION.sliced(40, 41).with_rotations(rotations)
-    axis = replace(CHAIN, axis=at_frame(CHAIN.axis, 40), arm=at_frame(CHAIN.arm, 40))
+    axis = replace(CHAIN, axis=vector_at_frame(CHAIN.axis, 40), arm=vector_at_frame(CHAIN.arm, 40))
     for what_if, alpha, bend in (
         (WhatIf(swing=0.5), 0.5, 0.0),
         (WhatIf(bend=0.7), 0.0, 0.7),
@@ -232,7 +232,7 @@ def test_an_axis_that_varies_is_that_of_its_frame_and_of_the_one_before():
         assert reliability == pytest.approx(whole.swing_reliability[before])
         fixed = replace(CHAIN, axis=moving.axis[frame], arm=moving.arm[frame])
         what_if = WhatIf(twist=0.5, counter=True, swing=0.8, bend=1.0)
-        here, there = (altered(MOTION, c, frame, what_if) for c in (moving, fixed))
+        here, there = (motion_of_altered_frame(MOTION, c, frame, what_if) for c in (moving, fixed))
         np.testing.assert_allclose(here.rotations, there.rotations, atol=1e-12)
 
 

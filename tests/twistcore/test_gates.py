@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from tests.messages import names_in_one_line, refused
 from tests.twistcore.batch_records import done, failed, interval, record
 from twistcore.batch.annotations import github_annotations
-from twistcore.batch.gates import GRAMMAR, broken_rules, parse_rule
+from twistcore.batch.gates import GRAMMAR, broken_rules, parse_batch_rule
 from twistcore.batch.junit import junit_xml
 from twistcore.detection import Kind
 from twistcore.errors import TwistError
@@ -44,7 +44,7 @@ BAD = failed("bad.bvh", "bad.bvh: expected HIERARCHY")
     ],
 )
 def test_a_rule_measures_a_clip(text, value):
-    (found,) = broken_rules([parse_rule(text)], [CLIP])
+    (found,) = broken_rules([parse_batch_rule(text)], [CLIP])
     assert (found.clip, found.value) == ("a/walk.bvh", pytest.approx(value))
     assert repr(text) in str(found)
     assert str(found).startswith("a/walk.bvh: ")
@@ -54,7 +54,7 @@ def test_a_rule_measures_a_clip(text, value):
     "text", ["severity>5.5", "count[limb-flip]>1", "degrees<170", "affected>25%", "count==3"]
 )
 def test_a_rule_that_holds_says_nothing(text):
-    assert broken_rules([parse_rule(text)], [CLIP]) == []
+    assert broken_rules([parse_batch_rule(text)], [CLIP]) == []
 
 
 @pytest.mark.parametrize(
@@ -73,13 +73,13 @@ def test_a_rule_that_holds_says_nothing(text):
 def test_a_rule_over_the_run(text, value):
     empty = done("e.bvh", frames=0, result={"unchecked": "no chain"})
     records = [CLIP, BAD, CLEAN, record("w.bvh", state="waiting"), empty]
-    (found,) = broken_rules([parse_rule(text)], records)
+    (found,) = broken_rules([parse_batch_rule(text)], records)
     assert (found.clip, found.value) == ("", pytest.approx(value))
 
 
 def test_frames_that_lie_in_two_intervals_are_counted_once():
     over = done("x.bvh", interval(10, 30), interval(12, 15), interval(20, 40), FLIP, frames=100)
-    (found,) = broken_rules([parse_rule("affected[counter-twist]>0%")], [over])
+    (found,) = broken_rules([parse_batch_rule("affected[counter-twist]>0%")], [over])
     assert found.value == pytest.approx(30.0)
 
 
@@ -106,13 +106,13 @@ def test_frames_that_lie_in_two_intervals_are_counted_once():
 )
 def test_what_is_no_rule_is_refused_in_a_sentence(text, expected):
     with refused(TwistError, f" {text!r}: ", expected):
-        parse_rule(text)
+        parse_batch_rule(text)
 
 
 @given(st.text(alphabet="countdegrsvyaffil.[]<>=!,%- 0123456789e", max_size=30))
 def test_any_text_is_a_rule_or_refused(text):
     try:
-        rule = parse_rule(text)
+        rule = parse_batch_rule(text)
     except TwistError:
         return
     broken_rules([rule], [CLIP, BAD])
@@ -122,7 +122,7 @@ def test_the_help_shows_rules_that_are_read():
     examples = [word for word in GRAMMAR.split("Examples")[1].split() if word]
     assert len(examples) == 9
     for text in [*examples, "affected>2%", "failed>0", "severity>5"]:
-        parse_rule(text)
+        parse_batch_rule(text)
 
 
 def test_the_page_shows_the_grammar_of_the_help():
@@ -130,7 +130,7 @@ def test_the_page_shows_the_grammar_of_the_help():
 
 
 def suite_of(records, *rules):
-    rules = [parse_rule(text) for text in rules]
+    rules = [parse_batch_rule(text) for text in rules]
     root = ElementTree.fromstring(junit_xml(records, rules, broken_rules(rules, records)))
     assert root.tag == "testsuites"
     (suite,) = root
@@ -177,7 +177,7 @@ ANNOTATION = re.compile(r"::error (?:file=([^,:]*),)?title=([^,:]*)::(.*)")
 
 def annotated(records, *rules, root="/captures"):
     """File, title and message of each annotation, as GitHub's runner reads them."""
-    rules = [parse_rule(text) for text in rules]
+    rules = [parse_batch_rule(text) for text in rules]
     text = github_annotations(records, broken_rules(rules, records), root)
     found = [ANNOTATION.fullmatch(line).groups("") for line in text.split("\n")[:-1]]
     plain = {"%0A": "\n", "%0D": "\r", "%3A": ":", "%2C": ",", "%25": "%"}

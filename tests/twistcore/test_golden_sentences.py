@@ -19,8 +19,8 @@ from tests.conftest import ASSETS
 from tests.golden_sentences import SENTENCES
 from tests.twistcore import amc_files
 from tests.twistcore.test_bvh import small
-from twistcore.analysis.why_not import why_not
-from twistcore.batch.gates import parse_rule
+from twistcore.analysis.why_not import why_no_interval_edge
+from twistcore.batch.gates import parse_batch_rule
 from twistcore.cli import main
 from twistcore.detection import Kind
 from twistcore.formats.amc import parse_amc, parse_asf
@@ -131,14 +131,14 @@ def _names():
         own = OwnChain(joints)
         yield f"own chain {' '.join(joints)}", _refusal(AS_FOUND.with_chain, clip.motion, own)
     for rule in ("severity", "jitter>1", "severity>many", "affected>2"):
-        yield f"rule {rule}", _refusal(parse_rule, rule)
+        yield f"rule {rule}", _refusal(parse_batch_rule, rule)
 
 
 def _review():
     found = tc.detect(tc.read_clip(DIRTY))
     yield "detection", repr(found)
-    yield "no edge", why_not(found, "LeftForeArm", 50).text
-    yield "in an interval", why_not(found, "LeftForeArm", found[0].start).text
+    yield "no edge", why_no_interval_edge(found, "LeftForeArm", 50).text
+    yield "in an interval", why_no_interval_edge(found, "LeftForeArm", found[0].start).text
     review = tc.Review(found)
     for command in (
         Decide((1,), Decision.ACCEPTED),

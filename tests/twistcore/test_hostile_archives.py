@@ -17,12 +17,12 @@ import pytest
 from tests.fuzz.poses_damage import npy
 from tests.twistcore.processor_time import grown, spent
 from twistcore.errors import NpzError, TwistError
-from twistcore.formats.clip import rewritten
+from twistcore.formats.clip import patch_clip
 from twistcore.formats.npz import parse_npz
 from twistcore.formats.npz.pickled_arrays import read_pickle
-from twistcore.formats.npz.vector_branch import continuous_vectors
-from twistcore.formats.reading import is_other_data
-from twistcore.quamo.pose_files import read_names
+from twistcore.formats.npz.vector_branch import continuous_rotation_vectors
+from twistcore.formats.reading import is_clip_without_motion
+from twistcore.quamo.pose_files import read_pose_file
 from twistcore.quamo.pose_layouts import find_poses
 from twistcore.skeleton.rotation import geodesic_angle
 
@@ -48,13 +48,13 @@ def packed(compress=zipfile.ZIP_STORED, **members):
 def both_readers(data, folder):
     """The sentences of the readers of clips and of poses."""
     (folder / "a.npz").write_bytes(data)
-    is_other_data(folder / "a.npz")
+    is_clip_without_motion(folder / "a.npz")
     told = []
     with pytest.raises(NpzError) as error:
         parse_npz(data, folder / "a.npz")
     told.append(str(error.value))
     with pytest.raises(TwistError) as error:
-        find_poses(folder / "a.npz", read_names(folder / "a.npz"))
+        find_poses(folder / "a.npz", read_pose_file(folder / "a.npz"))
     told.append(str(error.value))
     assert not any("\n" in one for one in told)
     return told
@@ -105,10 +105,10 @@ def test_objects_beside_the_poses_are_never_unpacked(tmp_path):
     data = packed(**members)
     assert parse_npz(data).frames == 4
     (tmp_path / "a.npz").write_bytes(data)
-    assert len(find_poses(tmp_path / "a.npz", read_names(tmp_path / "a.npz")).rotations) == 4
+    assert len(find_poses(tmp_path / "a.npz", read_pose_file(tmp_path / "a.npz")).rotations) == 4
     (tmp_path / "a.pkl").write_bytes(pickle.dumps({"poses": Bomb()}))
     with pytest.raises(TwistError, match="'poses'"):
-        find_poses(tmp_path / "a.pkl", read_names(tmp_path / "a.pkl"))
+        find_poses(tmp_path / "a.pkl", read_pose_file(tmp_path / "a.pkl"))
     assert not Bomb.ran
 
 
@@ -120,7 +120,7 @@ def test_numbers_are_the_same_by_row_by_column_and_in_either_byte_order():
             clip = parse_npz(packed(poses=npy(array)))
             np.testing.assert_array_equal(clip.poses, array)
             motion = clip.motion.with_rotations(clip.motion.rotations[::-1].copy())
-            again = parse_npz(rewritten(clip, motion).data)
+            again = parse_npz(patch_clip(clip, motion).data)
             assert (again.poses.dtype, again.poses.shape) == (array.dtype, (4, 66))
             assert geodesic_angle(again.motion.rotations, motion.rotations).max() < 0.01
 
@@ -183,7 +183,7 @@ def test_compressed_pickles_unpack_within_the_same_bound(tmp_path):
         data = squeeze(b"\x80\x04" + b"\0" * 40_000_000)
         (tmp_path / "a.pkl").write_bytes(data)
         with pytest.raises(TwistError, match=r"3\d MiB"):
-            read_names(tmp_path / "a.pkl")
+            read_pose_file(tmp_path / "a.pkl")
 
 
 @pytest.mark.parametrize("compress", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
@@ -228,8 +228,11 @@ def test_a_damaged_directory_is_another_file_or_none_and_never_ends_the_program(
         data = bytearray(good)
         data[place + at : place + at + 4] = b"\xff\xfe\x80\x7f"
         (tmp_path / "a.npz").write_bytes(data)
-        is_other_data(tmp_path / "a.npz")
-        for work in (lambda d=bytes(data): parse_npz(d), lambda: read_names(tmp_path / "a.npz")):
+        is_clip_without_motion(tmp_path / "a.npz")
+        for work in (
+            lambda d=bytes(data): parse_npz(d),
+            lambda: read_pose_file(tmp_path / "a.npz"),
+        ):
             spent(work)  # raises what is no TwistError
 
 
@@ -255,7 +258,7 @@ def test_poses_by_persons_and_rows_take_time_for_their_size(tmp_path):
 def test_vectors_of_thousands_of_turns_are_corrected_in_bounded_memory():
     q = np.tile([1.0, 0.0, 0.0, 0.0], (3, 1))
     far = np.full((3, 3), 9e5)
-    assert peak_of(lambda: continuous_vectors(q, far, far[0], far[1])) < 1_000_000
+    assert peak_of(lambda: continuous_rotation_vectors(q, far, far[0], far[1])) < 1_000_000
 
 
 def test_keys_that_all_hash_alike_are_refused():

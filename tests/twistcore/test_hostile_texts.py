@@ -32,10 +32,10 @@ from twistcore.batch.manifest import ClipRecord
 from twistcore.batch.result_files import clips_csv
 from twistcore.export.markers import blender_markers
 from twistcore.export.scene_script import PROGRAMS, SceneOptions, scene_script
-from twistcore.files.encoding import cell, text_in_cell
+from twistcore.files.encoding import escape_csv_cell, unescape_csv_cell
 from twistcore.report.clip_report import write_clip_report
 from twistcore.report.document import Report
-from twistcore.report.folder_report import page_of
+from twistcore.report.folder_report import clip_page_path
 from twistcore.review import Annotate, Decide, Decision, Review, write_session
 from twistcore.review.model import constant_interval
 from twistcore.tuning import Tuned, read_profile, write_profile
@@ -154,8 +154,9 @@ def test_nor_does_a_bar_on_a_terminal():
     root = Path(__file__).parents[2]
     environment = {**os.environ, "PYTHONPATH": str(root), "TERM": "dumb"}
     program = (
-        "import time; from twistcore.cli.output import counter\n"
-        "with counter(2) as tell: tell('\\x1b[31m\\u202e'); time.sleep(0.2); tell('\\x9b5m')\n"
+        "import time; from twistcore.cli.output import clip_progress_printer\n"
+        "with clip_progress_printer(2) as tell: tell('\\x1b[31m\\u202e'); time.sleep(0.2); "
+        "tell('\\x9b5m')\n"
     )
     command = [sys.executable, "-c", program]
     with subprocess.Popen(command, stdout=slave, stderr=slave, env=environment) as process:
@@ -178,8 +179,8 @@ def test_nor_does_a_bar_on_a_terminal():
 
 @given(st.text("=+-@\t\r\n;' a1,.e＝\"", max_size=8) | st.text() | st.sampled_from(TEXTS))
 def test_a_cell_begins_no_formula_and_gives_its_text_again(text):
-    shown = cell(text)
-    assert text_in_cell(shown) == text
+    shown = escape_csv_cell(text)
+    assert unescape_csv_cell(shown) == text
     for part in shown.replace("\t", ";").replace("\r", ";").replace("\n", ";").split(";"):
         begins = part.lstrip(" ").startswith(FORMULA)
         assert not begins or (part == shown and float(part) == float(text))
@@ -187,7 +188,7 @@ def test_a_cell_begins_no_formula_and_gives_its_text_again(text):
 
 @pytest.mark.parametrize("value", [-1.5, 0, None, True, "-1.5", "-2e-3", "12"])
 def test_numbers_stay_numbers(value):
-    assert cell(value) is value
+    assert escape_csv_cell(value) is value
 
 
 def test_tables_begin_no_formula(capsys, tmp_path, judged):
@@ -206,8 +207,8 @@ def test_tables_begin_no_formula(capsys, tmp_path, judged):
         for one in (value for row in rows for value in row):
             assert not one.startswith(FORMULA) or float(one) <= 0.0
     named = list(csv.DictReader(io.StringIO(texts[2], newline="")))
-    assert {text_in_cell(row["chain"]) for row in named} <= {n.encode("utf-8", "backslashreplace")
-                                                            .decode() for n in chains}  # fmt: skip
+    expected = {n.encode("utf-8", "backslashreplace").decode() for n in chains}
+    assert {unescape_csv_cell(row["chain"]) for row in named} <= expected
 
 
 @pytest.mark.parametrize("text", TEXTS)
@@ -266,11 +267,11 @@ def state_of(clip):
 @pytest.mark.parametrize("name", ["../../out.bvh", "/etc/x.bvh", "a/../../b", *NAMES])
 def test_a_page_of_a_clip_stands_below_its_report(name):
     """A manifest may say anything; its names differ."""
-    page = PurePosixPath(page_of(name))
+    page = PurePosixPath(clip_page_path(name))
     assert page.parts[0] == "clips"
     assert not {"..", "/"} & set(page.parts)
     assert all(len(part.encode("utf-8", "surrogatepass")) <= 255 for part in page.parts[-1:])
-    assert page_of(f"{name}x") != page_of(name)
+    assert clip_page_path(f"{name}x") != clip_page_path(name)
 
 
 # -- programs --------------------------------------------------------------------------------------

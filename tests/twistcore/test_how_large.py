@@ -15,7 +15,7 @@ from twistcore.batch.clip_severity import percent_affected
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.result_files import clip_row
 from twistcore.detection import Interval
-from twistcore.report.clip_page import clip_page
+from twistcore.report.clip_page import clip_page_html
 from twistcore.report.document import Report, report_to_json
 from twistcore.report.folder_numbers import FolderNumbers
 from twistcore.review import start_review
@@ -47,7 +47,7 @@ def test_a_batch_and_a_page_say_the_same_of_it(monkeypatch):
     assert document["degrees"]["rms"] == pytest.approx(85.408, abs=1e-3)
     state = start_review("consistency", {c.name: 0.1 for c in CHAINS}, [found], [])
     report = Report(CLIP, CHAINS, state, CLIP.motion)
-    page = clip_page(report_to_json(report), report)
+    page = clip_page_html(report_to_json(report), report)
     assert '<td class="n">117.00°</td><td class="n">85.41°</td>' in page
 
 

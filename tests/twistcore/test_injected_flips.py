@@ -11,7 +11,7 @@ from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.correction.twist_removal import refine, remove_twist
 from twistcore.cli import main
 from twistcore.detection import Interval, Kind
-from twistcore.detection.natural_events import NaturalEvent, limb_flips, names_with_events
+from twistcore.detection.natural_events import NaturalEvent, limb_flip_events, names_with_events
 from twistcore.errors import FormatError, TwistError
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
@@ -19,22 +19,26 @@ from twistcore.skeleton.limb import find_limbs, limb_positions
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import geodesic_angle
 from twistcore.study.benchmark import passes, runner
-from twistcore.study.benchmark.clip_run import BenchmarkSettings, result_from_json, run_clip
+from twistcore.study.benchmark.clip_run import (
+    BenchmarkSettings,
+    benchmark_result_from_json,
+    run_clip_benchmark,
+)
 from twistcore.study.benchmark.clip_scene import CleanScene
 from twistcore.study.benchmark.markdown import benchmark_to_markdown
-from twistcore.study.benchmark.tables import make_rows
+from twistcore.study.benchmark.tables import benchmark_rows
 from twistcore.study.benchmark.tally import Tally
-from twistcore.study.evaluation import measure_clip, segment_order, summarise
+from twistcore.study.evaluation import measure_corrected_clip, segment_sort_key, summarise_samples
 from twistcore.synthesis import (
     PROTOCOLS,
     InjectedError,
     Truth,
+    apply_protocol_options,
+    clip_random_generator,
     draw_errors,
     draw_targets,
-    generator,
     inject,
     parse_protocol,
-    prepare,
     read_truth,
     write_truth,
 )
@@ -62,19 +66,19 @@ def flip(limb, start, stop, degrees, *, carried=False):
 
 def drawn(name, seed=5):
     protocol = parse_protocol(name)
-    return draw_errors(WALK, LIMBS, generator(seed, "walk.bvh"), protocol)
+    return draw_errors(WALK, LIMBS, clip_random_generator(seed, "walk.bvh"), protocol)
 
 
 def scene_of(name):
     """Without the audit, for which a detector would be asked."""
     protocol = parse_protocol(name)
-    motion = prepare(WALK.sliced(1, WALK.frames), CHAINS, protocol)
+    motion = apply_protocol_options(WALK.sliced(1, WALK.frames), CHAINS, protocol)
     chains = find_chains(motion)
     return CleanScene("walk.bvh", protocol, motion, chains, find_limbs(motion, chains), 1, ())
 
 
 def test_what_the_paper_injects_is_drawn_as_before():
-    rng = generator(5, "walk.bvh")
+    rng = clip_random_generator(5, "walk.bvh")
     errors = draw_errors(WALK, draw_targets(CHAINS, rng), rng)
     listed = [(e.chain, e.start, e.stop, round(float(np.degrees(e.offset[0])), 6)) for e in errors]
     assert listed == P0_SEED_5
@@ -160,7 +164,7 @@ def test_noise_on_the_compensation_turns_the_end_about_the_line():
 
 def test_a_truth_says_what_is_a_flip(tmp_path):
     path, errors = tmp_path / "t.json", drawn("L0")
-    chains = draw_errors(WALK, CHAINS[:1], generator(5, "walk"))
+    chains = draw_errors(WALK, CHAINS[:1], clip_random_generator(5, "walk"))
     write_truth(path, Truth("walk.bvh", "L0", 5, WALK.frames, WALK.fps, (*errors, *chains)))
     written = json.loads(path.read_text())
     assert written["schema"] == "twistcore.truth/1"
@@ -183,7 +187,7 @@ def test_an_evaluation_has_rows_of_whole_limbs():
     errors = drawn("L0")
     truth = Truth("walk.bvh", "L0", 5, WALK.frames, WALK.fps, errors)
     dirty = inject(WALK, EVERY, errors)
-    left = summarise([measure_clip(truth, WALK, dirty, CHAINS)])
+    left = summarise_samples([measure_corrected_clip(truth, WALK, dirty, CHAINS)])
     assert [(r.side, r.segment) for r in left.rows] == [
         (side, f"whole {segment}") for side in ("Left", "Right") for segment in ("arm", "leg")
     ]
@@ -191,8 +195,11 @@ def test_an_evaluation_has_rows_of_whole_limbs():
     assert left.overall.mae_before_deg == pytest.approx(
         np.degrees(np.abs(np.concatenate([e.offset for e in errors])).mean())
     )
-    assert summarise([measure_clip(truth, WALK, WALK, CHAINS)]).overall.fsr_percent == 100.0
-    assert sorted(["whole leg", "x", "whole arm", "Leg"], key=segment_order) == [
+    assert (
+        summarise_samples([measure_corrected_clip(truth, WALK, WALK, CHAINS)]).overall.fsr_percent
+        == 100.0
+    )
+    assert sorted(["whole leg", "x", "whole arm", "Leg"], key=segment_sort_key) == [
         "Leg", "whole arm", "whole leg", "x"
     ]  # fmt: skip
 
@@ -208,7 +215,9 @@ def test_an_end_taken_for_what_it_is_not_is_an_error(carried):
     along = remove_twist(dirty, EVERY, {name: offset}, {name: offset})
     stays = remove_twist(dirty, EVERY, {name: offset})
     right, wrong = (along, stays) if carried else (stays, along)
-    told = [summarise([measure_clip(truth, WALK, m, CHAINS)]) for m in (right, wrong)]
+    told = [
+        summarise_samples([measure_corrected_clip(truth, WALK, m, CHAINS)]) for m in (right, wrong)
+    ]
     assert [t.overall.fsr_percent for t in told] == [100.0, 0.0]
     assert told[0].damage_share == 0.0
     pairs = WALK.frames * len({j for c in CHAINS for j in (c.parent, c.child)}) - 20
@@ -241,7 +250,7 @@ def test_who_knows_the_truth_repairs_everything_and_damages_nothing(name, monkey
 
     monkeypatch.setattr(passes, "ClipAnalysis", TruthTeller)
     monkeypatch.setattr(passes, "draw_pass_errors", draw)
-    total = sum(passes.run_item(scene, "consistency", 3).values(), Tally())
+    total = sum(passes.run_benchmark_passes(scene, "consistency", 3).values(), Tally())
     assert total.passes == (10 if name == "P0" else 4)
     assert total.frames == total.repaired > 0
     assert (total.damaged, total.natural, total.after) == (0, 0, pytest.approx(0, abs=1000))
@@ -250,9 +259,9 @@ def test_who_knows_the_truth_repairs_everything_and_damages_nothing(name, monkey
 
 def test_the_papers_method_is_not_asked_about_limbs():
     scene = scene_of("L0")
-    assert any(passes.clean_run(scene, "paper").outcome.found) is True
-    of_chains = passes.apply_method("paper", scene.motion, scene.chains)
-    of_all = passes.apply_method("paper", scene.motion, (*scene.chains, *scene.limbs))
+    assert any(passes.run_on_clean_motion(scene, "paper").outcome.found) is True
+    of_chains = passes.apply_benchmark_method("paper", scene.motion, scene.chains)
+    of_all = passes.apply_benchmark_method("paper", scene.motion, (*scene.chains, *scene.limbs))
     np.testing.assert_array_equal(of_all.rotations, of_chains.rotations)
     assert of_all.found == of_chains.found | {limb.name: [] for limb in scene.limbs}
 
@@ -261,7 +270,7 @@ def test_a_flip_of_the_clips_own_takes_its_neighbours_out_of_the_audit():
     arm = next(limb for limb in LIMBS if limb.label == "Left arm")
     interval = Interval(arm.name, 5, 9, np.full(4, np.pi), kind=Kind.LIMB_FLIP)
     twist = Interval("RightLeg", 5, 9, np.full(4, np.pi))
-    (event,) = limb_flips(LIMBS, [interval, twist])
+    (event,) = limb_flip_events(LIMBS, [interval, twist])
     assert event.to_json() == {
         "chain": arm.name, "kind": "limb flip", "start": 5, "stop": 9, "degrees": 180.0
     }  # fmt: skip
@@ -283,14 +292,17 @@ def test_a_benchmark_of_flips(monkeypatch):
 
     monkeypatch.setattr(ClipAnalysis, "detect", of_bones)
     settings = BenchmarkSettings(("L0", "L1", "P0"), ("consistency", "paper", "slerp-oracle"), (1,))
-    result = run_clip(ASSETS / "walk.bvh", "walk.bvh", settings)
+    result = run_clip_benchmark(ASSETS / "walk.bvh", "walk.bvh", settings)
     assert not result.problems
-    assert result_from_json(json.loads(json.dumps(result.to_json()))).to_json() == result.to_json()
+    assert (
+        benchmark_result_from_json(json.loads(json.dumps(result.to_json()))).to_json()
+        == result.to_json()
+    )
     summary = runner.BenchmarkSummary()
     summary.add(result)
     rows = {
         (r.protocol, r.method, r.side, r.segment): r.to_json()
-        for r in make_rows(summary, settings)
+        for r in benchmark_rows(summary, settings)
         if not r.audited
     }
     for protocol in ("L0", "L1"):

@@ -19,15 +19,15 @@ from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval, Kind
 from twistcore.detection import lone_jumps as lone_jumps_module
 from twistcore.detection.detectors.paper import PaperDetector
 from twistcore.detection.interval import circular_median
-from twistcore.detection.lone_jumps import largest_natural_turn, lone_jumps, own_axis
+from twistcore.detection.lone_jumps import largest_natural_turn, lone_jumps, own_bone_axis
 from twistcore.detection.natural_events import (
     NaturalEvent,
-    flips,
-    limb_flips,
+    chain_flip_events,
+    limb_flip_events,
     names_with_events,
     natural_events,
 )
-from twistcore.detection.paper import error_of, intervals_of_offset, running_offset
+from twistcore.detection.paper import intervals_of_offset, paper_error_increments, running_offset
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.limb import find_limbs
@@ -159,7 +159,9 @@ def test_the_running_sum_is_cut_where_it_comes_back(jumps, carried):
 
 def test_an_error_has_the_sign_of_p_and_the_size_of_m_from_tau_on():
     turns, strength = np.array([0.3, -0.3, 0.3, 0.0]), np.array([0.2, 0.1, 0.09, 0.3])
-    np.testing.assert_array_equal(error_of(turns, strength, 0.1), [0.2, -0.1, 0.0, 0.0])
+    np.testing.assert_array_equal(
+        paper_error_increments(turns, strength, 0.1), [0.2, -0.1, 0.0, 0.0]
+    )
 
 
 def test_the_papers_threshold_is_five_degrees_and_its_curve_is_m():
@@ -201,7 +203,7 @@ def test_flips_are_turns_of_one_joint_alone_that_no_limb_makes():
     c = replace(counter, rx=rx, ry=ry, sigma_x=sigma, sigma_y=sigma, event=event > 0.0)
     tables = (SimpleNamespace(low=0, high=20), SimpleNamespace(low=20, high=59))
     chain = SimpleNamespace(name="Arm", parent=3, child=4)
-    found = list(flips(chain, SimpleNamespace(limb=c, row=0, tables=tables)))
+    found = list(chain_flip_events(chain, SimpleNamespace(limb=c, row=0, tables=tables)))
     assert [(e.start, e.stop, e.joint) for e in found] == [
         (1, 2, 3), (5, 6, 3), (6, 7, 3), (21, 22, 3), (46, 47, 3), (58, 59, 3),
         (8, 9, 4), (30, 31, 4),
@@ -241,7 +243,7 @@ def test_flips_are_told_beside_the_intervals_of_their_chain():
     motion = spun(CHAINS[3].parent, 30, 50, 170.0)
     analysis = DETECTORS["consistency"].analyse(motion, CHAINS)
     events = natural_events(CHAINS, analysis)
-    alone = [e for c in CHAINS for e in flips(c, analysis.chains[c.name])]
+    alone = [e for c in CHAINS for e in chain_flip_events(c, analysis.chains[c.name])]
     assert [e for e in events if e.kind == "flip"] == alone
     assert {(e.chain, e.start) for e in alone} >= {(CHAINS[3].name, 30), (CHAINS[3].name, 50)}
     paper = PaperDetector().analyse(motion, CHAINS)
@@ -251,7 +253,7 @@ def test_flips_are_told_beside_the_intervals_of_their_chain():
 def test_flips_of_limbs_are_events_and_what_else_is_found_there_is_none():
     limb = LIMBS[0]
     flip = Interval(limb.name, 4, 9, np.full(5, 2.0), kind=Kind.LIMB_FLIP)
-    (event,) = limb_flips(LIMBS, [replace(flip, kind=Kind.LONE_JUMP), flip])
+    (event,) = limb_flip_events(LIMBS, [replace(flip, kind=Kind.LONE_JUMP), flip])
     degrees = round(math.degrees(2.0), 3)
     assert event == NaturalEvent(limb.name, "limb flip", 4, 9, degrees, limb.parent)
 
@@ -286,7 +288,7 @@ def plain_jumps(motion, chains):
     for joint in {j for c in chains for j in (c.parent, c.child)}:
         own = next((c for c in chains if c.parent == joint), None)
         own = own or next(c for c in chains if c.child == joint)
-        axis = own_axis(motion.skeleton, joint)
+        axis = own_bone_axis(motion.skeleton, joint)
         both = [
             np.degrees(twist_angle(multiply(conjugate(q[:-1, joint]), q[1:, joint]), axis)).tolist()
             for q in (room, motion.rotations)
@@ -379,11 +381,11 @@ def test_a_joint_that_only_goes_along_does_not_jump(of_parent, own, joints):
 
 def test_a_joint_without_an_axis_hides_no_other(monkeypatch):
     first = CHAINS[0].child
-    axis = lone_jumps_module.own_axis
+    axis = lone_jumps_module.own_bone_axis
     motion = spun(CHAINS[3].parent, 20, 79, 150.0)
     usual = lone_jumps(motion, CHAINS)[CHAINS[3].name]
     monkeypatch.setattr(
-        lone_jumps_module, "own_axis", lambda s, j: None if j == first else axis(s, j)
+        lone_jumps_module, "own_bone_axis", lambda s, j: None if j == first else axis(s, j)
     )
     found = lone_jumps(motion, CHAINS)[CHAINS[3].name]
     assert [(i.joint, i.start) for i in found] == [(i.joint, i.start) for i in usual]
@@ -402,7 +404,7 @@ def test_a_joints_own_axis_is_that_of_its_longest_bone_or_of_a_joint_in_its_plac
     parents = np.array([-1, 0, 0, 2, 3, 2])
     offsets = np.array([[0, 9, 0], [3, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 2], [0, 0, 0]], float)
     skeleton = Skeleton(names, parents, offsets, ((4, (0.0, -5.0, 0.0)), (0, (0.0, 0.0, 4.0))))
-    axes = [own_axis(skeleton, j) for j in range(6)]
+    axes = [own_bone_axis(skeleton, j) for j in range(6)]
     assert axes[1] is axes[5] is None
     wanted = {0: [0, 0, 1], 2: [0, 0, 1], 3: [0, 0, 1], 4: [0, -1, 0]}
     for joint, axis in wanted.items():

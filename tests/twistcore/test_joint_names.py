@@ -13,12 +13,12 @@ from twistcore.skeleton.joint_names import (
     ROLES,
     default_vocabulary,
     interpret_names,
-    read_words,
+    read_word_file,
     reinterpreted_names,
-    vocabulary_of,
+    vocabulary_with_user_words,
 )
-from twistcore.skeleton.joint_vocabulary import default_words
-from twistcore.skeleton.known_words_file import PLACE, known_words
+from twistcore.skeleton.joint_vocabulary import parse_default_vocabulary
+from twistcore.skeleton.known_words_file import PLACE, vocabulary_source_code
 
 SIDES = ("Left", "Right")
 HAND_TWIST = "左手捩"
@@ -205,8 +205,8 @@ def test_words_of_the_program_are_known_by_one_name():
 
 def test_the_words_that_are_loaded_are_those_of_the_table():
     """After a change of the table: python -m twistcore.skeleton.known_words_file."""
-    assert PLACE.read_text("utf-8") == known_words()
-    loaded, read = default_vocabulary(), default_words()
+    assert PLACE.read_text("utf-8") == vocabulary_source_code()
+    loaded, read = default_vocabulary(), parse_default_vocabulary()
     assert contents(loaded) == contents(read)
     assert [*map(contents, loaded.languages)] == [*map(contents, read.languages)]
 
@@ -223,7 +223,7 @@ def own(tmp_path):
     def written(text):
         path = tmp_path / "names.toml"
         path.write_text(text, "utf-8")
-        return vocabulary_of(read_words(path))
+        return vocabulary_with_user_words(read_word_file(path))
 
     return written
 
@@ -278,7 +278,7 @@ def test_a_damaged_file_is_reported_with_its_line(own, text, facts):
 
 def test_a_file_that_is_not_there(tmp_path):
     with refused(TwistError, "none.toml"):
-        read_words(tmp_path / "none.toml")
+        read_word_file(tmp_path / "none.toml")
 
 
 def test_own_words_count_in_a_batch():

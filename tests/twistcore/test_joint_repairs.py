@@ -13,17 +13,17 @@ from tests.twistcore.reviews import spun
 from tests.twistcore.test_registry import run
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.corrected import Corrected
-from twistcore.analysis.correction.joint_repairs import JointRepairs, moves_joints, repair_of
+from twistcore.analysis.correction.joint_repairs import JointRepairs, repair_moves_joints, repair_of
 from twistcore.analysis.correction.protected_measures import protected_measures
-from twistcore.detection.lone_jumps import own_axis
+from twistcore.detection.lone_jumps import own_bone_axis
 from twistcore.errors import ClipMismatchError, TwistError
-from twistcore.export.compare import compare
+from twistcore.export.compare import compare_motions
 from twistcore.formats.bvh import read_bvh
 from twistcore.report.changes import check_fidelity
 from twistcore.report.document import Report, report_to_json
-from twistcore.review import CarryOver, Decide, Decision, Edit, Journal, Redetect, recover
-from twistcore.review.model import resized, with_level
-from twistcore.review.proposal import proposed_at_jump
+from twistcore.review import CarryOver, Decide, Decision, Edit, Journal, Redetect, replay_journal
+from twistcore.review.model import resized, with_median_offset
+from twistcore.review.proposal import propose_error_at_jump
 from twistcore.skeleton.limb import limb_positions
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import (
@@ -48,7 +48,7 @@ DEGREES = 150.0
 def turned(joint, start, stop, *, kept=False, degrees=DEGREES):
     """The walk with a joint turned about its own bone; kept: its children keep their place."""
     at = SKELETON.index(joint)
-    turn = quaternion_from_axis_angle(own_axis(SKELETON, at), np.radians(degrees))
+    turn = quaternion_from_axis_angle(own_bone_axis(SKELETON, at), np.radians(degrees))
     rotations = spun(joint, start, stop, degrees, MOTION).rotations.copy()
     for child in SKELETON.children[at] if kept else ():
         back = multiply(turn * (1.0, -1.0, -1.0, -1.0), rotations[start:stop, child])
@@ -73,7 +73,7 @@ def accepted(motion, kind, angle=None):
     review = tc.Review(tc.detect(motion))
     judged = the_only(review.state, kind)
     if angle is not None:
-        review.do(Edit(judged.id, with_level(judged.interval, np.radians(angle))))
+        review.do(Edit(judged.id, with_median_offset(judged.interval, np.radians(angle))))
     review.do(Decide((judged.id,), Decision.ACCEPTED, "Ada", "2026-01-01T00:00:00+00:00"))
     return review
 
@@ -137,7 +137,7 @@ def test_a_lone_jump_suggests_the_shorter_side(start, stop):
     motion = turned("LeftFoot", start, stop, degrees=-170.0)
     jumps = [i for i in tc.detect(motion) if i.kind == tc.Kind.LONE_JUMP]
     for jump in jumps:
-        made = proposed_at_jump(search_in(motion), jump, jumps)
+        made = propose_error_at_jump(search_in(motion), jump, jumps)
         assert (made.joint, made.start, made.stop, made.carried) == ("LeftFoot", start, stop, True)
         assert np.degrees(made.delta) == pytest.approx(-170.0, abs=2.0)
 
@@ -156,7 +156,7 @@ def test_a_lone_jump_suggests_the_side_that_is_off():
     ]
     spans = [(120, 160), (120, 160), (175, 215), (175, 215)]
     for jump, span in zip(jumps, spans, strict=True):
-        made = proposed_at_jump(search_in(both), jump, jumps)
+        made = propose_error_at_jump(search_in(both), jump, jumps)
         assert (made.start, made.stop) == span
 
 
@@ -169,7 +169,7 @@ def jumps_of(motion, *kinds):
     return [i for i in tc.detect(motion) if i.kind in kinds]
 
 
-BONE = own_axis(SKELETON, SKELETON.index("LeftFoot"))
+BONE = own_bone_axis(SKELETON, SKELETON.index("LeftFoot"))
 ACROSS = normalise(np.cross(BONE, (1.0, 0.0, 0.0)))
 
 
@@ -190,7 +190,7 @@ def test_a_suggested_angle_is_the_change_of_the_roll():
     assert [jump.start for jump in jumps] == [100, 110]
     assert all(abs(np.degrees(jump.residual)) < abs(change) - 40.0 for jump in jumps)
     for jump in jumps:
-        made = proposed_at_jump(search_in(motion), jump, jumps)
+        made = propose_error_at_jump(search_in(motion), jump, jumps)
         assert (made.kind, made.start, made.stop) == (tc.Kind.STRETCH, 100, 110)
         assert np.degrees(made.delta) == pytest.approx(change, abs=10.0)
 
@@ -200,7 +200,7 @@ def test_at_a_joint_jump_about_the_bone_a_stretch_is_suggested():
     jumps = jumps_of(motion, tc.Kind.LONE_JUMP, tc.Kind.JOINT_JUMP)
     assert [(i.kind, i.start) for i in jumps] == [("joint jump", 100), ("joint jump", 150)]
     for jump in jumps:
-        made = proposed_at_jump(search_in(motion), jump, jumps)
+        made = propose_error_at_jump(search_in(motion), jump, jumps)
         assert (made.kind, made.start, made.stop) == (tc.Kind.STRETCH, 100, 150)
         assert np.degrees(made.delta) == pytest.approx(50.0, abs=2.0)
 
@@ -211,7 +211,7 @@ def test_at_another_joint_jump_a_spike_is_suggested_if_the_joint_soon_returns(st
     jumps = jumps_of(motion, tc.Kind.JOINT_JUMP)
     assert [jump.start for jump in jumps] == [t for t in (100, stop) if t < FRAMES]
     for jump in jumps:
-        made = proposed_at_jump(search_in(motion), jump, jumps)
+        made = propose_error_at_jump(search_in(motion), jump, jumps)
         assert (made and made.kind) == kind
         if made is not None:
             assert (made.start, made.stop, made.joint) == (100, stop, "LeftFoot")
@@ -236,13 +236,13 @@ def test_no_stretch_is_suggested_that_would_not_remove_the_jump():
     assert np.median(roll[100:160]) - np.median(np.delete(roll, slice(100, 160))) > 100.0
     jumps = jumps_of(motion, tc.Kind.LONE_JUMP, tc.Kind.JOINT_JUMP, tc.Kind.STRETCH)
     assert [(i.kind, i.start) for i in jumps] == [("joint jump", 100), ("joint jump", 160)]
-    assert [proposed_at_jump(search_in(motion), jump, jumps) for jump in jumps] == [None, None]
+    assert [propose_error_at_jump(search_in(motion), jump, jumps) for jump in jumps] == [None, None]
 
 
 def test_a_joint_that_is_kept_stays_where_it_is():
     motion = turned("RightHand", 100, 180, kept=True)
     refined = tc.refine(motion, accepted(motion, tc.Kind.STRETCH))
-    assert compare(motion, refined).max_position_of_height < 1e-9
+    assert compare_motions(motion, refined).max_position_of_height < 1e-9
 
 
 def test_the_person_decides_what_happens_below():
@@ -250,10 +250,10 @@ def test_the_person_decides_what_happens_below():
     review = accepted(motion, tc.Kind.STRETCH)
     judged = the_only(review.state, tc.Kind.STRETCH)
     (moving,) = review.accepted
-    assert moves_joints(motion, moving)
+    assert repair_moves_joints(motion, moving)
     review.do(Edit(judged.id, replace(moving, carried=False)))
     (moving,) = review.accepted
-    assert not moves_joints(motion, moving)
+    assert not repair_moves_joints(motion, moving)
     knee = SKELETON.index("LeftLeg")
     before, _ = forward_kinematics(motion)
     after, _ = forward_kinematics(tc.refine(motion, review))
@@ -444,7 +444,7 @@ def test_a_journal_gives_back_the_decision(stretched, tmp_path):
     journal.do(Edit(judged.id, replace(judged.interval, carried=False)))
     journal.do(Decide((judged.id,), Decision.ACCEPTED, "Ada", "2026-01-01T00:00:00+00:00"))
     journal.close()
-    found = the_only(recover(journal.path).review.state, tc.Kind.STRETCH)
+    found = the_only(replay_journal(journal.path).review.state, tc.Kind.STRETCH)
     assert (found.verdict, found.interval.carried) == ("accepted", False)
 
 

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from tests.tiers import examples
 from tests.twistcore.reviews import CLIP, commands, fresh, signing
 from twistcore.errors import FormatError
-from twistcore.review import Annotate, Decide, Decision, Journal, recover, session_bytes
-from twistcore.review.journal import state_entry
+from twistcore.review import Annotate, Decide, Decision, Journal, replay_journal, session_bytes
+from twistcore.review.journal import session_journal_entry
 
 
 @settings(max_examples=examples(25))
@@ -32,11 +32,11 @@ def test_a_journal_cut_anywhere_gives_back_every_whole_command(tmp_path_factory,
                 journal.append({step: True})
             states.append(session_bytes(CLIP, review.state))
     whole = path.read_bytes()
-    assert session_bytes(CLIP, recover(path).review.state) == states[-1]
+    assert session_bytes(CLIP, replay_journal(path).review.state) == states[-1]
     head = whole.index(b"\n") + 1
     cut = data.draw(st.integers(head, len(whole)))
     path.write_bytes(whole[:cut])
-    back = recover(path)
+    back = replay_journal(path)
     assert back.entries == whole[:cut].count(b"\n") - 1
     assert back.damaged == 0
     assert session_bytes(CLIP, back.review.state) == states[back.entries]
@@ -52,14 +52,14 @@ def test_a_journal_is_gone_on_with_where_it_was_cut(tmp_path):
     with pytest.raises(FileExistsError):
         Journal(path, CLIP, review.state)
     path.write_bytes(whole + b'{"do": "Deci')
-    back = recover(path)
+    back = replay_journal(path)
     assert (back.entries, back.steps, back.damaged) == (2, 5, 0)
     with closing(Journal.resume(back)) as journal:
         assert path.read_bytes() == whole
         third = back.review.state.intervals[2]
         journal.do(Decide((third.id,), Decision.REJECTED, "me", "now"))
     assert path.read_bytes().startswith(whole)
-    assert recover(path).steps == 6
+    assert replay_journal(path).steps == 6
     assert not back.review.saved  # whatever it began with, no session file has it
 
 
@@ -79,7 +79,7 @@ def test_what_a_full_disk_refuses_goes_before_the_next_entry(tmp_path, monkeypat
         assert journal.waiting == 2
         journal.write_waiting()
         assert journal.waiting == 0
-    assert recover(path).steps == 3
+    assert replay_journal(path).steps == 3
 
 
 def test_a_journal_that_took_another_s_place_is_not_deleted(tmp_path):
@@ -103,17 +103,17 @@ def test_a_journal_damaged_in_the_middle_keeps_what_stands_before(tmp_path):
     lines = path.read_bytes().split(b"\n")
     lines[3] = lines[3][:10] + b"\x00\xff" + lines[3][12:]
     path.write_bytes(b"\n".join(lines))
-    back = recover(path)
+    back = replay_journal(path)
     assert (back.entries, back.damaged) == (2, 2)
     accepted = [j for j in back.review.state.intervals if j.decision == Decision.ACCEPTED]
     assert len(accepted) == 2
     damaged = path.read_bytes()
     Journal.resume(back).close()
-    assert recover(path).damaged == 0
+    assert replay_journal(path).damaged == 0
     assert path.with_name("j.damaged").read_bytes() == damaged
     path.write_bytes(b"nonsense\n")
     with pytest.raises(FormatError, match="journal"):
-        recover(path)
+        replay_journal(path)
 
 
 def test_a_journal_that_begins_with_frames_behind_the_last_is_damaged(tmp_path):
@@ -122,9 +122,9 @@ def test_a_journal_that_begins_with_frames_behind_the_last_is_damaged(tmp_path):
     head = json.loads(path.read_bytes())
     head["session"]["intervals"][0]["stop"] = CLIP.motion.frames + 1
     path.write_text(json.dumps(head) + "\n")
-    recover(path)  # without its clip nothing is known of its frames
+    replay_journal(path)  # without its clip nothing is known of its frames
     with pytest.raises(FormatError, match="the first line is damaged"):
-        recover(path, CLIP)
+        replay_journal(path, CLIP)
 
 
 def test_an_entry_of_a_later_version_ends_the_replay_and_is_kept_beside(tmp_path):
@@ -135,12 +135,12 @@ def test_an_entry_of_a_later_version_ends_the_replay_and_is_kept_beside(tmp_path
         journal.append({"do": "Reconsider", "ids": [a.id]})
         journal.do(Decide((b.id,), Decision.ACCEPTED, "me", "now"))
     whole = path.read_bytes()
-    back = recover(path)
+    back = replay_journal(path)
     assert (back.entries, back.damaged) == (1, 2)
     assert back.review.state.find(a.id).decision == Decision.ACCEPTED
     Journal.resume(back).close()
     assert path.with_name("j.damaged").read_bytes() == whole
-    assert recover(path).damaged == 0
+    assert replay_journal(path).damaged == 0
 
 
 def test_a_journal_s_whole_state_takes_the_place_of_what_came_before(tmp_path):
@@ -150,10 +150,10 @@ def test_a_journal_s_whole_state_takes_the_place_of_what_came_before(tmp_path):
     other.do(Decide((b.id,), Decision.ACCEPTED, "Bob", "now"))
     with closing(Journal(path, CLIP, review.state)) as journal:
         journal.do(Decide((a.id,), Decision.REJECTED, "Ada", "then"))
-        journal.append(state_entry(CLIP, other.state))
+        journal.append(session_journal_entry(CLIP, other.state))
         journal.do(Annotate(a.id, "seen", ""))
     other.do(Annotate(a.id, "seen", ""))
-    back = recover(path).review
+    back = replay_journal(path).review
     assert session_bytes(CLIP, back.state) == session_bytes(CLIP, other.state)
     back.undo()
     assert back.state.find(b.id).decision == Decision.ACCEPTED

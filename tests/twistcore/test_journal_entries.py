@@ -24,8 +24,8 @@ from tests.twistcore.small_review import (
     twist,
 )
 from twistcore.errors import FormatError, TwistError
-from twistcore.files.lock import is_held
-from twistcore.review import Decision, Journal, recover
+from twistcore.files.lock import is_file_locked
+from twistcore.review import Decision, Journal, replay_journal
 from twistcore.review.commands import (
     Annotate,
     CarryOver,
@@ -44,7 +44,7 @@ from twistcore.review.journal import (
     UNDO,
     command_from_json,
     command_to_json,
-    state_entry,
+    session_journal_entry,
 )
 from twistcore.review.left_out import LeaveOut
 from twistcore.review.session import (
@@ -163,22 +163,24 @@ def begin(path, *entries, of=BEGUN, steps=0):
 
 def test_every_line_of_a_journal(path):
     decide = Decide((2,), Decision.ACCEPTED)
-    begin(path, decide, UNDO, REDO, state_entry(CLIP, BEGUN), steps=4)
+    begin(path, decide, UNDO, REDO, session_journal_entry(CLIP, BEGUN), steps=4)
     session = json.loads(session_bytes(CLIP, BEGUN))
     head, *lines = map(json.loads, path.read_bytes().splitlines())
     assert head == {"schema": "twistcore.journal/1", "steps": 4, "session": session}
     assert lines == [command_to_json(decide), {"undo": True}, {"redo": True}, {"session": session}]
-    back = recover(path, CLIP)
+    back = replay_journal(path, CLIP)
     assert (back.path, back.session.sha256) == (path, CLIP.sha256)
     assert (back.entries, back.steps, back.damaged) == (4, 8, 0)
     assert back.size == path.stat().st_size
-    assert recover(begin(path.with_name("other"))).steps == 0
+    assert replay_journal(begin(path.with_name("other"))).steps == 0
 
 
 @pytest.mark.parametrize("clip", [None, CLIP, OTHER])
 def test_commands_are_replayed_in_their_order(path, clip):
     accepted, rejected = (Decide((2,), d) for d in (Decision.ACCEPTED, Decision.REJECTED))
-    back = recover(begin(path, accepted, Annotate(2, "x"), UNDO, rejected, UNDO, UNDO, REDO), clip)
+    back = replay_journal(
+        begin(path, accepted, Annotate(2, "x"), UNDO, rejected, UNDO, UNDO, REDO), clip
+    )
     assert back.review.state.find(2).decision == Decision.ACCEPTED
     assert back.review.state.find(2).note == SEEN.note
     assert back.review.history == ("Accept interval", "Reject interval")
@@ -190,7 +192,9 @@ def test_commands_are_replayed_in_their_order(path, clip):
 
 def test_a_whole_session_takes_the_place_of_what_was_and_of_all_steps(path):
     other = replace(BEGUN, left_out=((0, 1),))
-    back = recover(begin(path, Annotate(2, "x"), state_entry(CLIP, other), UNDO), CLIP)
+    back = replay_journal(
+        begin(path, Annotate(2, "x"), session_journal_entry(CLIP, other), UNDO), CLIP
+    )
     assert (back.entries, back.review.position, back.review.saved) == (3, 0, False)
     assert session_bytes(CLIP, back.review.state) == session_bytes(CLIP, other)
 
@@ -237,15 +241,17 @@ del WITH_LIMBS["RightClavicle"]
         (ChangeChains(RIG, CHANGED, (ARM,), (BEHIND,)), "other clip"),
         (ChangeChains(RIG, CHANGED, ("Tail",), ()), "none"),
         (Track(TRACKING), "all"),
-        (state_entry(CLIP, replace(BEGUN, left_out=((0, 1),))), "all"),
-        (state_entry(CLIP, replace(BEGUN, tau={**BEGUN.tau, "Tail": 0.1})), "none"),
-        (state_entry(CLIP, replace(BEGUN, intervals=(replace(SEEN, interval=FOREIGN),))), "none"),
-        (state_entry(CLIP, replace(BEGUN, intervals=(replace(SEEN, interval=BEHIND),))),
+        (session_journal_entry(CLIP, replace(BEGUN, left_out=((0, 1),))), "all"),
+        (session_journal_entry(CLIP, replace(BEGUN, tau={**BEGUN.tau, "Tail": 0.1})), "none"),
+        (session_journal_entry(CLIP, replace(BEGUN, intervals=(replace(SEEN, interval=FOREIGN),))),
+         "none"),
+        (session_journal_entry(CLIP, replace(BEGUN, intervals=(replace(SEEN, interval=BEHIND),))),
          "other clip"),
-        (state_entry(CLIP, replace(BEGUN, intervals=(), rig=RIG, tau=CHANGED)), "all"),
-        (state_entry(CLIP, replace(BEGUN, intervals=(replace(SEEN, interval=FOREIGN),), rig=RIG,
-                                   tau=CHANGED)), "none"),
-        (state_entry(CLIP, replace(BEGUN, intervals=(), rig=RIG, tau=FEWER)), "other clip"),
+        (session_journal_entry(CLIP, replace(BEGUN, intervals=(), rig=RIG, tau=CHANGED)), "all"),
+        (session_journal_entry(CLIP, replace(BEGUN, intervals=(replace(SEEN, interval=FOREIGN),),
+                                             rig=RIG, tau=CHANGED)), "none"),
+        (session_journal_entry(CLIP, replace(BEGUN, intervals=(), rig=RIG, tau=FEWER)),
+         "other clip"),
         ({"session": 3}, "none"),
         ({"do": "Reconsider"}, "none"),
         ([], "none"),
@@ -255,7 +261,7 @@ def test_a_line_that_does_not_fit_ends_the_replay(path, entry, known):
     """Frames and chains of the clip are only looked at where it is the journal's own."""
     begin(path, Annotate(1, "before"), entry, REDO)
     for clip in (CLIP, None, OTHER):
-        back = recover(path, clip)
+        back = replay_journal(path, clip)
         fits = known == "all" or (known == "other clip" and clip is not CLIP)
         assert (back.entries, back.damaged) == ((3, 0) if fits else (1, 2)), clip
         assert back.steps == back.entries
@@ -267,14 +273,19 @@ def test_a_line_that_does_not_fit_ends_the_replay(path, entry, known):
 
 def test_behind_other_chains_what_names_them_fits(path):
     """Each line is looked at in the review as the lines before have left it."""
-    back = recover(
+    back = replay_journal(
         begin(path, ChangeChains(RIG, CHANGED, (), ()), Insert(twist("hip")), UNDO, UNDO), CLIP
     )
     assert (back.entries, back.damaged) == (4, 0)
     assert back.review.state.rig == AS_FOUND
     again = path.with_name("again")
-    begin(again, Insert(twist()), ChangeChains(RIG, CHANGED, (), ()), state_entry(CLIP, BEGUN))
-    assert recover(again, CLIP).damaged == 0
+    begin(
+        again,
+        Insert(twist()),
+        ChangeChains(RIG, CHANGED, (), ()),
+        session_journal_entry(CLIP, BEGUN),
+    )
+    assert replay_journal(again, CLIP).damaged == 0
 
 
 def test_a_damaged_first_line_is_no_journal(path):
@@ -291,16 +302,20 @@ def test_a_damaged_first_line_is_no_journal(path):
     ):
         path.write_text(json.dumps(damage) + "\n")
         with refused(FormatError, f"{path}: "):
-            recover(path)
+            replay_journal(path)
     for data in (b"", b"{", json.dumps(head).encode()):  # no whole line
         path.write_bytes(data)
         with refused(FormatError, f"{path}: "):
-            recover(path)
+            replay_journal(path)
     del head["steps"]  # which the first journals did not have
     path.write_text(json.dumps(head) + "\n")
-    assert (recover(path).steps, recover(path).entries, recover(path).damaged) == (0, 0, 0)
+    assert (
+        replay_journal(path).steps,
+        replay_journal(path).entries,
+        replay_journal(path).damaged,
+    ) == (0, 0, 0)
     with pytest.raises(TwistError, match="cannot be read"):
-        recover(path.with_name("none"))
+        replay_journal(path.with_name("none"))
 
 
 # -- the file --------------------------------------------------------------------------------------
@@ -327,7 +342,7 @@ def test_a_disk_that_takes_a_part_at_a_time_gets_all(path):
     with closing(Journal(path, CLIP, BEGUN)) as journal:
         journal._file = Disk(journal._file, 7, 10**6)
         journal.do(Annotate(1, "x" * 100))
-    assert recover(path).review.state.find(1).note == "x" * 100
+    assert replay_journal(path).review.state.find(1).note == "x" * 100
 
 
 def test_a_line_that_finds_no_room_is_cut_off_and_waits(path):
@@ -345,7 +360,7 @@ def test_a_line_that_finds_no_room_is_cut_off_and_waits(path):
         journal.write_waiting()  # nothing waits: nothing is written
         assert path.read_bytes() == whole
     assert whole.startswith(good)
-    assert len(recover(path).review.history) == 3
+    assert len(replay_journal(path).review.history) == 3
 
 
 def test_a_closed_journal_takes_nothing_and_is_not_there(path):
@@ -398,22 +413,22 @@ def test_what_a_disk_refuses_at_the_end_is_no_error(path, monkeypatch):
     monkeypatch.setattr("pathlib.Path.unlink", refuse)
     journal.discard()
     file.close()
-    assert recover(path).entries == 0
+    assert replay_journal(path).entries == 0
 
 
 @pytest.mark.skipif(os.name != "posix", reason="elsewhere a locked file cannot be looked at so")
 def test_an_open_journal_is_held_also_where_it_is_gone_on_with(path):
     with closing(Journal(path, CLIP, BEGUN)):
-        assert is_held(path)
-    assert not is_held(path)
-    with closing(Journal.resume(recover(path))):
-        assert is_held(path)
-    assert not is_held(path)
+        assert is_file_locked(path)
+    assert not is_file_locked(path)
+    with closing(Journal.resume(replay_journal(path))):
+        assert is_file_locked(path)
+    assert not is_file_locked(path)
 
 
 def test_going_on_cuts_what_is_damaged_and_puts_the_whole_beside(path):
     begin(path, Annotate(1, "good"), {"do": "Reconsider"}, Annotate(1, "after"))
-    whole, back = path.read_bytes(), recover(path)
+    whole, back = path.read_bytes(), replay_journal(path)
     assert back.damaged == 2
     journal = Journal.resume(back)
     assert (journal.path, journal.waiting, path.read_bytes()) == (path, 0, whole[: back.size])
@@ -423,7 +438,7 @@ def test_going_on_cuts_what_is_damaged_and_puts_the_whole_beside(path):
     line = json.dumps(command_to_json(Annotate(1, "more"))).encode() + b"\n"
     assert path.read_bytes() == whole[: back.size] + line  # before it is closed, too
     journal.close()
-    again = recover(path)
+    again = replay_journal(path)
     assert (again.entries, again.damaged, again.review.state.find(1).note) == (2, 0, "more")
     Journal.resume(again).close()
     assert [p.name for p in sorted(path.parent.iterdir())] == [path.name, f"{path.name}.damaged"]
@@ -433,7 +448,7 @@ def test_going_on_where_the_folder_takes_no_new_file_uses_the_old_one(path, monk
     begin(path, Annotate(1, "good"))
     good = path.read_bytes()
     path.write_bytes(good + b'{"do": "Anno')
-    back = recover(path)
+    back = replay_journal(path)
 
     def refuse(*_):
         raise OSError(13, "read-only folder")
@@ -446,8 +461,8 @@ def test_going_on_where_the_folder_takes_no_new_file_uses_the_old_one(path, monk
         with pytest.raises(OSError, match="read-only folder"):  # it is another window's
             Journal.resume(back)
     journal.close()
-    assert recover(path).entries == 2
+    assert replay_journal(path).entries == 2
 
 
 def test_a_session_in_a_journal_is_the_session_s_document():
-    assert state_entry(CLIP, BEGUN) == {"session": session_document(CLIP, BEGUN)}
+    assert session_journal_entry(CLIP, BEGUN) == {"session": session_document(CLIP, BEGUN)}

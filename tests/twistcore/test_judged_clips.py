@@ -17,7 +17,7 @@ from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decide, Decision, Review, write_session
 from twistcore.review.model import Judged, constant_interval
 from twistcore.review.session import session_document, session_from_document
-from twistcore.skeleton.rig import skeleton_mark
+from twistcore.skeleton.rig import skeleton_hash
 from twistcore.tuning import GRID, read_profile
 from twistcore.tuning.folder_sessions import sessions_in
 from twistcore.tuning.learned_confidence import (
@@ -25,9 +25,9 @@ from twistcore.tuning.learned_confidence import (
 )
 from twistcore.tuning.verdict_curve import verdict_curve
 from twistcore.tuning.verdicts_of import (
-    found_by_tau,
-    judged_clip,
-    performer_of,
+    detection_mask_by_tau,
+    judged_clip_from_review,
+    performer_of_clip,
     read_judged_clip,
 )
 
@@ -49,7 +49,7 @@ TAU = np.degrees(GRID)
     ],
 )
 def test_a_performer_is_told_by_a_name(name, performer):
-    assert performer_of(name) == performer
+    assert performer_of_clip(name) == performer
 
 
 @pytest.fixture(scope="module")
@@ -68,25 +68,27 @@ def judged_state(analysis, said, **more):
 def test_verdicts_are_accepted_or_rejected_and_what_nobody_said_is_none(analysis):
     decisions = Decision.ACCEPTED, Decision.REJECTED, Decision.UNDECIDED
     state = judged_state(analysis, lambda k: decisions[k % 3])
-    told = judged_clip(analysis, state)
+    told = judged_clip_from_review(analysis, state)
     wanted = [j for j in state.intervals if j.decision != Decision.UNDECIDED]
     assert len(told.verdicts) == len(wanted) > 3
     assert [v.error for v in told.verdicts] == [j.decision == Decision.ACCEPTED for j in wanted]
-    assert told.rig == skeleton_mark(analysis.motion.skeleton)
+    assert told.rig == skeleton_hash(analysis.motion.skeleton)
     first = wanted[0].interval
-    left = judged_clip(analysis, replace(state, left_out=((first.start, first.start + 1),)))
+    left = judged_clip_from_review(
+        analysis, replace(state, left_out=((first.start, first.start + 1),))
+    )
     assert len(left.verdicts) < len(told.verdicts)
     assert left.minutes == pytest.approx(told.minutes - analysis.motion.frame_time / 60.0)
     automatic = judged_state(analysis, lambda _: Decision.ACCEPTED, decided_at="")
-    assert judged_clip(analysis, automatic).verdicts == ()
+    assert judged_clip_from_review(analysis, automatic).verdicts == ()
     sure = judged_state(analysis, lambda _: Decision.UNDECIDED)
     ids = tuple(j.id for j in sure.intervals)
     sure = Decide(ids, Decision.ACCEPTED, "me", "2026-01-01T00:00:00+00:00", True).apply(sure)
     kept = session_from_document(session_document(read_bvh(INJECTED), sure)).state
     for state in (sure, kept):  # or a learned confidence would confirm itself
-        assert judged_clip(analysis, state).verdicts == ()
+        assert judged_clip_from_review(analysis, state).verdicts == ()
     looked = Decide(ids[:1], Decision.ACCEPTED, "me", "2026-01-02T00:00:00+00:00").apply(kept)
-    assert len(judged_clip(analysis, looked).verdicts) == 1
+    assert len(judged_clip_from_review(analysis, looked).verdicts) == 1
 
 
 def half_judged(analysis, said=lambda _: Decision.ACCEPTED):
@@ -102,24 +104,24 @@ def half_judged(analysis, said=lambda _: Decision.ACCEPTED):
 
 def test_chains_that_nobody_has_judged_are_none_without_an_alarm(analysis):
     first, state = half_judged(analysis)
-    told = judged_clip(analysis, state)
+    told = judged_clip_from_review(analysis, state)
     assert told.reviewed.keys() == {first}
     assert told.reviewed_chains == 1.0
-    done = judged_clip(analysis, judged_state(analysis, lambda _: Decision.REJECTED))
+    done = judged_clip_from_review(analysis, judged_state(analysis, lambda _: Decision.REJECTED))
     assert done.reviewed.keys() == {c.name for c in analysis.chains}  # in these nothing was listed
 
 
 def test_a_lower_tau_alone_is_no_look(analysis):
     state = judged_state(analysis, lambda _: Decision.REJECTED)
     chain = "LeftForeArm"
-    before = judged_clip(analysis, state)
+    before = judged_clip_from_review(analysis, state)
     low = before.reviewed[chain] / 4.0
     listed = analysis.by().intervals(chain, before.reviewed[chain])
     free = [t for t in range(0, 300, 9) if not any(i.start < t + 5 and t < i.stop for i in listed)]
     waits = [Judged(900 + k, constant_interval(chain, t, t + 5, low)) for k, t in enumerate(free)]
     tau = {**state.tau, chain: low}
     lowered = replace(state, tau=tau).with_intervals((*state.intervals, *waits))
-    after = judged_clip(analysis, lowered)
+    after = judged_clip_from_review(analysis, lowered)
     assert after.reviewed[chain] >= before.reviewed[chain]
     assert after.shares[chain] == 1.0  # nothing that waits is listed at the τ that was looked at
 
@@ -132,13 +134,13 @@ def test_of_a_chain_decided_in_part_only_that_part_was_looked_at(analysis):
     part = [
         replace(j, decision=Decision.UNDECIDED) if j is strongest else j for j in state.intervals
     ]
-    told = judged_clip(analysis, state.with_intervals(part))
+    told = judged_clip_from_review(analysis, state.with_intervals(part))
     assert told.shares["LeftForeArm"] == pytest.approx(2 / 3)
 
 
 def test_where_a_verdict_is_found_is_what_the_detector_finds(analysis):
     state = judged_state(analysis, lambda _: Decision.ACCEPTED)
-    for v in judged_clip(analysis, state).verdicts:
+    for v in judged_clip_from_review(analysis, state).verdicts:
         for k in range(0, len(GRID), 6):
             found = analysis.by().intervals(v.chain, float(GRID[k]))
             same = any((i.start, i.stop) == (v.start, v.stop) for i in found)
@@ -150,7 +152,7 @@ def test_where_a_verdict_is_found_is_what_the_detector_finds(analysis):
 
 
 def told(analysis, state):
-    return judged_clip(analysis, state).verdicts
+    return judged_clip_from_review(analysis, state).verdicts
 
 
 def test_an_error_made_by_hand_is_missed_at_every_tau_unless_it_is_found(analysis):
@@ -162,7 +164,7 @@ def test_an_error_made_by_hand_is_missed_at_every_tau_unless_it_is_found(analysi
         by_hand=True,
         reviewer="me",
     )
-    told = judged_clip(analysis, state.with_intervals((*state.intervals, hand)))
+    told = judged_clip_from_review(analysis, state.with_intervals((*state.intervals, hand)))
     (mine,) = (v for v in told.verdicts if v.by_hand)
     assert not mine.found.any()
     assert mine.confidence is None
@@ -193,7 +195,7 @@ class Lists:
 )
 def test_an_error_has_to_be_found_and_an_alarm_only_to_sound(spans, found):
     judged = [constant_interval("A", 10, 20, 0.5), constant_interval("A", 40, 60, 0.5)]
-    by_tau = found_by_tau(judged, [True, False], Lists(*spans), "A")
+    by_tau = detection_mask_by_tau(judged, [True, False], Lists(*spans), "A")
     assert tuple(by_tau.all(axis=1)) == found
     assert tuple(by_tau.any(axis=1)) == found
 
@@ -282,7 +284,7 @@ def test_tune_by_verdicts_writes_a_profile(judged_folder, tmp_path, capsys):
     )
     profile = read_profile(output)
     clip = read_bvh(INJECTED)
-    assert profile.rig == skeleton_mark(clip.motion.skeleton)
+    assert profile.rig == skeleton_hash(clip.motion.skeleton)
     assert (profile.performer, profile.method) == ("05", "consistency")
     assert profile.tau.keys() == {c.name for c in analyse(clip).chains}
     assert profile.confidence is None

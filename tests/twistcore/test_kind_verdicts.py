@@ -9,7 +9,7 @@ import twistcore as tc
 from twistcore.detection import Interval, Kind
 from twistcore.review import Decision, Judged, ReviewState
 from twistcore.tuning.kind_verdicts import kind_verdicts
-from twistcore.tuning.verdict_counts import count_by
+from twistcore.tuning.verdict_counts import count_verdicts_by_group
 
 TIME = "2026-01-01T00:00:00+00:00"
 ACCEPTED, REJECTED = Decision.ACCEPTED, Decision.REJECTED
@@ -28,7 +28,7 @@ def judged(k, decision=Decision.UNDECIDED, kind=Kind.COUNTER_TWIST, chain="LeftA
 
 
 def counts(state: ReviewState, some, group_of=lambda v: v.kind):
-    count = count_by(kind_verdicts(state.with_intervals(some)), group_of)
+    count = count_verdicts_by_group(kind_verdicts(state.with_intervals(some)), group_of)
     return {
         group: (c.score.errors, c.score.found, c.score.alarms, c.undecided)
         for group, c in count.items()
@@ -66,7 +66,7 @@ def test_kinds_and_chains_are_counted_apart(empty):
 def test_precision_and_recall_have_limits(empty):
     some = [judged(k, ACCEPTED if k < 6 else REJECTED) for k in range(8)]
     some.append(judged(8, ACCEPTED, by_hand=True))
-    score = count_by(kind_verdicts(empty.with_intervals(some)), lambda v: v.kind)[
+    score = count_verdicts_by_group(kind_verdicts(empty.with_intervals(some)), lambda v: v.kind)[
         Kind.COUNTER_TWIST
     ].score
     for (share, low, high), expected in ((score.precision, 6 / 8), (score.recall, 6 / 7)):
@@ -76,9 +76,9 @@ def test_precision_and_recall_have_limits(empty):
 
 def test_recall_is_unknown_if_nobody_inserted_a_missed_error(empty):
     def recall(some):
-        return count_by(kind_verdicts(empty.with_intervals(some)), lambda v: v.chain)[
-            "LeftArm"
-        ].recall
+        return count_verdicts_by_group(
+            kind_verdicts(empty.with_intervals(some)), lambda v: v.chain
+        )["LeftArm"].recall
 
     assert np.isnan(recall([judged(0, ACCEPTED), judged(1, REJECTED)]))
     assert recall([judged(0, ACCEPTED), judged(1, ACCEPTED, by_hand=True)]) == 0.5
@@ -86,8 +86,8 @@ def test_recall_is_unknown_if_nobody_inserted_a_missed_error(empty):
 
 def test_a_judged_clip_keeps_them(empty):
     from twistcore.analysis.clip_analysis import analyse
-    from twistcore.tuning.verdicts_of import judged_clip
+    from twistcore.tuning.verdicts_of import judged_clip_from_review
 
     clip = analyse(tc.read_clip("assets/walk.bvh"))
     state = replace(empty).with_intervals([judged(0, REJECTED, Kind.LIMB_FLIP)])
-    assert judged_clip(clip, state).of_kinds == kind_verdicts(state)
+    assert judged_clip_from_review(clip, state).of_kinds == kind_verdicts(state)

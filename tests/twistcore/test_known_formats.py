@@ -67,13 +67,13 @@ known.__path__.append({str(folder)!r})
 import numpy as np
 import twistcore as tc
 from twistcore.cli import main
-from twistcore.formats.reading import CLIP_PATTERNS, file_prefix, is_other_data
-from twistcore.formats.clip_files import clips_in
+from twistcore.formats.reading import CLIP_PATTERNS, companion_file_prefix, is_clip_without_motion
+from twistcore.formats.clip_files import clip_paths_in_folder
 here = Path({str(tmp_path)!r})
 clip = tc.read_clip(here / "walk.comma")
-print(clip.motion.frames, file_prefix("walk.comma"), CLIP_PATTERNS)
-print([path.name for path in clips_in(here)], is_other_data(here / "empty.comma"))
-main(["detect", str(here / "walk.comma")])
+print(clip.motion.frames, companion_file_prefix("walk.comma"), CLIP_PATTERNS)
+print([path.name for path in clip_paths_in_folder(here)], is_clip_without_motion(here /
+"empty.comma")) main(["detect", str(here / "walk.comma")])
 """
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True,

@@ -7,8 +7,8 @@ import pytest
 
 from tests.twistcore.reviews import CLIP, fresh
 from twistcore.errors import FormatError
-from twistcore.review import Journal, LeaveOut, read_session, recover, session_bytes
-from twistcore.review.left_out import joined_spans, spans_from_json, uncovered_parts
+from twistcore.review import Journal, LeaveOut, read_session, replay_journal, session_bytes
+from twistcore.review.left_out import excluded_spans_from_json, joined_spans, uncovered_parts
 
 SPANS = ((0, 40), (100, 130))
 
@@ -37,7 +37,7 @@ def test_the_journal_brings_it_back(tmp_path):
     with closing(Journal(path, CLIP, fresh().state)) as journal:
         journal.do(LeaveOut(SPANS))
         journal.do(LeaveOut(((300, 9999),)))
-    back = recover(path, CLIP)
+    back = replay_journal(path, CLIP)
     assert back.review.state.left_out == SPANS
     assert (back.entries, back.damaged) == (1, 1)  # the clip has no such frames
 
@@ -84,6 +84,6 @@ def test_joined_spans_cover_the_same_frames(first, last):
 @pytest.mark.parametrize("entry", ["x", [1], 7, [1, 2, 3]])
 def test_a_damaged_span_is_named_with_what_was_expected(entry):
     with pytest.raises(FormatError) as error:
-        spans_from_json([[0, 4], entry])
+        excluded_spans_from_json([[0, 4], entry])
     assert str(error.value).startswith("left_out, number 2: expected [start, stop] for a span")
     assert str(error.value).endswith(f"found {entry!r}")

@@ -12,7 +12,7 @@ from twistcore.skeleton.limb import (
     find_limbs,
     joint_path,
     limb_positions,
-    path_position,
+    path_end_position,
 )
 from twistcore.skeleton.motion import Motion, Skeleton, forward_kinematics
 from twistcore.skeleton.rotation import normalise, rotate
@@ -99,8 +99,8 @@ def test_bones_and_the_way_along_joints():
     motion = spider(4)
     limb = limbs_of(motion)[0]
     assert bone_lengths(motion, limb) == (np.linalg.norm((1, 3, 0)), np.linalg.norm((1, 4, 0)))
-    np.testing.assert_allclose(path_position(motion, (limb.child, limb.end)), [(2, 7, 0)] * 2)
-    np.testing.assert_allclose(path_position(motion, (limb.end,)), [(1, 4, 0)] * 2)
+    np.testing.assert_allclose(path_end_position(motion, (limb.child, limb.end)), [(2, 7, 0)] * 2)
+    np.testing.assert_allclose(path_end_position(motion, (limb.end,)), [(1, 4, 0)] * 2)
 
 
 def test_a_limb_of_bones_in_pieces_and_with_positions():
@@ -117,7 +117,7 @@ def test_a_limb_of_bones_in_pieces_and_with_positions():
     for place, joint in zip(limb_positions(motion, limb), (5, 8), strict=True):
         in_room = rotate(turned[:, 0], place)
         np.testing.assert_allclose(in_room, positions[:, joint] - positions[:, 1], atol=1e-12)
-    still = path_position(motion, (6, 7, 8))
+    still = path_end_position(motion, (6, 7, 8))
     assert still.shape == (frames, 3)
     lengths = np.linalg.norm(skeleton.offsets, axis=1)
     upper = lengths[2:5].sum() + np.linalg.norm(moved[:, 0], axis=1).mean()

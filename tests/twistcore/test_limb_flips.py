@@ -9,7 +9,7 @@ from tests.conftest import ASSETS
 from twistcore.analysis.correction.twist_removal import refine, remove_twist
 from twistcore.detection import Interval, Kind
 from twistcore.detection.limb_flips import analyse_limbs, flips
-from twistcore.detection.limb_flips.explanation import explain
+from twistcore.detection.limb_flips.explanation import explain_limb_jumps
 from twistcore.detection.limb_flips.flips import SURE
 from twistcore.detection.limb_flips.jumps import Jump
 from twistcore.formats.bvh import read_bvh
@@ -206,7 +206,7 @@ def ramp(start, stop, degrees):
 def runs_of(*jumps, height=0.2):
     """Frames of the runs that explain jumps of a limb that else stands at its own side."""
     frames = 600
-    found = explain(
+    found = explain_limb_jumps(
         jumps, np.zeros(frames), np.full(frames, height), np.ones(frames, dtype=bool), 120.0
     )
     return [(r.start, r.stop) for r in found]
@@ -246,7 +246,7 @@ def test_a_flip_that_is_not_sure_is_shown_and_not_applied(monkeypatch):
         departures = np.zeros(motion.frames)
         departures[[100, 101]] = np.radians([80.0, -75.0])
         monkeypatch.setattr(
-            flips, "natural_departures", lambda *a, s=scale: np.full(len(a[3]), np.radians(s))
+            flips, "natural_departure_scale", lambda *a, s=scale: np.full(len(a[3]), np.radians(s))
         )
         (flip,) = replace(analysis, departures=departures).intervals(1.0)
         unsure.append((flip.start, flip.stop, flip.evidence["odds"] < SURE, flip.open))
@@ -259,7 +259,7 @@ def test_of_two_partners_the_one_that_closes_is_taken():
     jumps = [edge(100, 170.0), edge(110, -169.0), edge(130, -60.0)]
     nothing = np.zeros(frames)
     level = np.full(frames, 0.2)
-    runs = explain(jumps, nothing, level, np.ones(frames, dtype=bool), 120.0)
+    runs = explain_limb_jumps(jumps, nothing, level, np.ones(frames, dtype=bool), 120.0)
     assert [(r.start, r.stop) for r in runs] == [(100, 110)]
     assert np.degrees(runs[0].residual) == pytest.approx(1.0)
     assert runs[0].odds > 3.0
@@ -273,5 +273,5 @@ def test_the_clips_own_side_decides_between_two_spells():
     for wrong in ((100, 120), (120, 140)):
         angle = np.zeros(frames)
         angle[slice(*wrong)] = np.pi - 0.1
-        runs = explain(jumps, angle, np.full(frames, 0.2), everywhere, 120.0)
+        runs = explain_limb_jumps(jumps, angle, np.full(frames, 0.2), everywhere, 120.0)
         assert [(r.start, r.stop) for r in runs] == [wrong]

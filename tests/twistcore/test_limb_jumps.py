@@ -10,9 +10,9 @@ from scipy.spatial.transform import Rotation
 from tests.conftest import ASSETS
 from tests.tiers import parametrize
 from twistcore.detection.limb_flips.jumps import (
-    departure,
     median_around,
-    natural_departures,
+    natural_departure_scale,
+    rotation_departures,
     sharp_jumps,
     soft_jumps,
 )
@@ -50,8 +50,10 @@ def plain_around(values):
 def test_around_is_the_median_of_four_frames_on_either_side(frames):
     values = turns_of(frames, frames) + 0.3
     np.testing.assert_allclose(median_around(values), plain_around(values), atol=1e-12)
-    np.testing.assert_allclose(departure(values), wrap(values - plain_around(values)), atol=1e-12)
-    assert np.abs(departure(np.array([0.0, 3.0, -3.0, 3.0, 3.0, 3.0]))).max() <= np.pi
+    np.testing.assert_allclose(
+        rotation_departures(values), wrap(values - plain_around(values)), atol=1e-12
+    )
+    assert np.abs(rotation_departures(np.array([0.0, 3.0, -3.0, 3.0, 3.0, 3.0]))).max() <= np.pi
 
 
 @pytest.mark.parametrize(("fps", "frames"), [(10.0, 60), (30.0, 9), (120.0, 60), (240.0, 30)])
@@ -61,7 +63,7 @@ def test_the_scale_of_a_limb_is_that_of_its_departures_around(fps, frames):
     departures[: frames // 2] *= 0.05
     height = rng.uniform(0.0, 0.5, frames)
     half = max(4, round(0.2 * fps))
-    for t, value in enumerate(natural_departures(departures, height, fps, np.arange(frames))):
+    for t, value in enumerate(natural_departure_scale(departures, height, fps, np.arange(frames))):
         near = []
         for i in range(t - half, t + half + 1):
             mirrored = i % (2 * frames)  # at its ends the clip goes back
@@ -73,7 +75,7 @@ def test_the_scale_of_a_limb_is_that_of_its_departures_around(fps, frames):
 def test_a_limb_that_is_nearly_straight_is_turned_further_by_the_same_unrest():
     still = np.zeros(9)
     height = np.array([0.0, 0.03, 0.04, 0.05, 0.1, 0.3, 0.34, 0.35, 1.0])
-    found = natural_departures(still, height, 120.0, np.arange(9))
+    found = natural_departure_scale(still, height, 120.0, np.arange(9))
     expected = [0.15, 0.15, 0.15, 0.12, 0.06, 0.02, 0.006 / 0.34, DEGREE, DEGREE]
     np.testing.assert_allclose(found, expected, rtol=1e-9)
 

@@ -24,7 +24,7 @@ from twistcore.detection.cuts import segments_between
 from twistcore.detection.detectors.consistency import ConsistencyDetector
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.soft_errors import SoftError
-from twistcore.detection.straight_limbs import StraightError, without_errors
+from twistcore.detection.straight_limbs import StraightError, remove_twist_errors
 from twistcore.detection.twist_increments import twist_increments
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
@@ -186,7 +186,7 @@ def test_errors_taken_out_leave_the_increments_of_the_limb_without_them():
     limbs = random_limbs(2, 2, 20, varying=False)
     offset = np.zeros(20)
     offset[5:12] = 0.8
-    free = without_errors(limbs, {1: offset})  # chain 0 of limb 1
+    free = remove_twist_errors(limbs, {1: offset})  # chain 0 of limb 1
     before, after = limbs.increments(), free.increments()
     steps = np.diff(offset, prepend=0.0)
     np.testing.assert_allclose(np.cos(after[0, 1] - before[0, 1] + steps), 1.0, atol=1e-9)
@@ -206,7 +206,7 @@ def test_a_chain_by_itself_is_without_the_images_of_what_jumps_beside_it(loud):
     ]
     for row in range(6):
         beside = {r: offsets[r] for r in (row - 2, row + 2) if r in loud}
-        wanted = without_errors(limbs, beside).increments()[:, row]
+        wanted = remove_twist_errors(limbs, beside).increments()[:, row]
         np.testing.assert_allclose(_by_itself(limbs, jumps, row), wanted, atol=1e-12)
 
 

@@ -35,7 +35,7 @@ from twistcore.review.model import constant_interval, overlapping_ids
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.notes import RESTLESS_CLIP
 from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
-from twistcore.synthesis.protocol import PROTOCOLS, prepare
+from twistcore.synthesis.protocol import PROTOCOLS, apply_protocol_options
 
 WALK = read_bvh(ASSETS / "walk.bvh")
 CLEAN = ("walk", "dance", "basketball")
@@ -107,7 +107,7 @@ def test_the_limit_is_a_speed_but_not_of_noise_nor_of_slow_cameras():
         [largest_natural_turn(f) for f in (240.0, 120.0, 60.0, 30.0)]
     ) == pytest.approx([60.0, 62.5, 125.0, 120.0])
     assert jumps_of(spun("LeftFoot", 100, 110, 55.0)) == []
-    slow = prepare(WALK.motion, find_chains(WALK.motion), PROTOCOLS["H1"])
+    slow = apply_protocol_options(WALK.motion, find_chains(WALK.motion), PROTOCOLS["H1"])
     assert jumps_of(spun("LeftFoot", 30, 40, 100.0, slow)) == []
     assert len(jumps_of(spun("LeftFoot", 30, 40, 150.0, slow))) == 2
 

@@ -9,7 +9,7 @@ from tests.twistcore.strategies import axes, quaternions
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.rotation import conjugate, multiply, quaternion_from_axis_angle, twist_angle
-from twistcore.study.loss import consistency_loss
+from twistcore.study.loss import twist_consistency_loss
 from twistcore.synthesis import InjectedError, inject
 
 WALK = read_bvh(ASSETS / "walk.bvh")
@@ -22,10 +22,10 @@ def test_increments_are_those_of_the_relative_rotations(p0, p1, c0, c1, a):
     x = twist_angle(multiply(conjugate(p0), p1), a)
     y = twist_angle(multiply(c1, conjugate(c0)), a)
     expected = max(0.0, -x * y) / np.sqrt(x * x + y * y + 1e-6)
-    loss = consistency_loss(q_p, q_c, a)
+    loss = twist_consistency_loss(q_p, q_c, a)
     if min(abs(multiply(conjugate(p0), p1)[0]), abs(multiply(c1, conjugate(c0))[0])) > 1e-6:
         assert abs(loss - expected) < 1e-7
-        assert abs(consistency_loss(-q_p, q_c, a) - loss) < 1e-12
+        assert abs(twist_consistency_loss(-q_p, q_c, a) - loss) < 1e-12
 
 
 def test_an_error_costs_its_two_edges():
@@ -34,7 +34,7 @@ def test_an_error_costs_its_two_edges():
 
     def loss(m):
         q = m.rotations
-        return consistency_loss(q[1:, CHAIN.parent], q[1:, CHAIN.child], CHAIN.axis)
+        return twist_consistency_loss(q[1:, CHAIN.parent], q[1:, CHAIN.child], CHAIN.axis)
 
     gained = (loss(dirty) - loss(WALK.motion)) * (WALK.motion.frames - 2)
     assert abs(gained - 2 * 1.0 / np.sqrt(2)) < 0.05
@@ -52,5 +52,5 @@ def test_following_the_loss_downhill_finds_the_offset():
             multiply(quaternion_from_axis_angle(CHAIN.axis, -at * delta), q_c),
         )
 
-    found = minimize(lambda d: consistency_loss(*twisted(0.8 - d[0]), CHAIN.axis), [0.0])
+    found = minimize(lambda d: twist_consistency_loss(*twisted(0.8 - d[0]), CHAIN.axis), [0.0])
     assert abs(found.x[0] - 0.8) < 0.05

@@ -9,9 +9,9 @@ from scipy.ndimage import median_filter
 
 from twistcore.skeleton import medians as medians_module
 from twistcore.skeleton.medians import (
-    extended,
     median,
     medians,
+    pad_with_edge_values,
     quantile,
     quantiles,
     running_medians,
@@ -43,7 +43,7 @@ def test_they_change_nothing_and_load_no_masked_arrays():
 
 @pytest.mark.parametrize("values", [np.arange(5.0), np.array([True]), np.array([3, -1])])
 def test_a_signal_is_extended_by_its_outermost_values(values):
-    longer = extended(values, 2, 3)
+    longer = pad_with_edge_values(values, 2, 3)
     np.testing.assert_array_equal(longer, np.pad(values, (2, 3), mode="edge"))
     assert longer.dtype == values.dtype
 
@@ -59,7 +59,9 @@ def test_running_medians_are_those_of_scipy(monkeypatch, width, count):
 
 
 def test_noise_is_measured_without_loading_scipy():
-    code = "import sys, numpy as np; from twistcore.detection.noise_bursts import noise_level; "
+    code = (
+        "import sys, numpy as np; from twistcore.detection.noise_bursts import joint_noise_level; "
+    )
     code += "angles = np.random.default_rng(0).normal(0.0, 12.0, (300, 3)); angles[:200] *= 0.01; "
     code += "assert noise_level(np.diff(angles, axis=0), 30.0).any(); "
     code += "sys.exit('scipy' in sys.modules)"

@@ -14,7 +14,7 @@ from tests.twistcore.test_batch_run import apart, results, run
 from tests.twistcore.test_cli import run as command
 from twistcore.batch.clip_task import run_task
 from twistcore.batch.manifest import FILE, Manifest
-from twistcore.batch.merging import merge
+from twistcore.batch.merging import merge_batch_folders
 from twistcore.batch.parameters import Parameters
 from twistcore.errors import TwistError
 
@@ -55,7 +55,7 @@ def test_merged_shards_are_the_folder_of_one_run(tmp_path, capsys):
     assert corrected(out) == corrected(tmp_path / "whole")
     assert [(part / FILE).read_bytes() for part in parts] == before
     assert run(folder, out, **REFINE).known == len(rows(out)) - 1  # nothing is done again
-    again = merge(parts, out)  # twice is as once
+    again = merge_batch_folders(parts, out)  # twice is as once
     assert (again.done, again.waiting, len(again.failed)) == (len(rows(out)) - 1, 0, 1)
     assert again.problems == []
     assert results(out) == results(tmp_path / "whole")
@@ -65,7 +65,7 @@ def test_the_skeleton_of_a_corrected_amc_comes_along(tmp_path, monkeypatch):
     amc_files.written(tmp_path / "in" / "day", False)
     find_flips(monkeypatch, flip("rfemur-rfoot", 20, 30))
     run(tmp_path / "in", tmp_path / "a", **REFINE)
-    merge([tmp_path / "a"], tmp_path / "out")
+    merge_batch_folders([tmp_path / "a"], tmp_path / "out")
     assert corrected(tmp_path / "out").keys() == {"day/01.asf", "day/01_02.amc"}
     assert corrected(tmp_path / "out") == corrected(tmp_path / "a")
 
@@ -101,9 +101,9 @@ def test_the_latest_result_of_a_clip_counts(tmp_path):
         manifest.put_rows([replace(row, finished_at=later) for row in manifest.rows().values()])
     for k, order in enumerate((("old", "new"), ("new", "old"))):
         out = tmp_path / f"out{k}"
-        merge([tmp_path / name for name in order], out)
+        merge_batch_folders([tmp_path / name for name in order], out)
         assert results(out) == results(tmp_path / "new")
-    merge([tmp_path / "old"], tmp_path / "new")
+    merge_batch_folders([tmp_path / "old"], tmp_path / "new")
     assert results(tmp_path / "new") == results(out)
 
 
@@ -111,7 +111,7 @@ def test_clips_of_the_same_name_are_told_apart(tmp_path):
     for k, name in enumerate(("a", "b")):
         clips(tmp_path / name, DIRTY, 1, frames=120 + k)
         run(tmp_path / name, tmp_path / f"out-{name}", **REFINE)
-    merge([tmp_path / "out-a", tmp_path / "out-b"], tmp_path / "out")
+    merge_batch_folders([tmp_path / "out-a", tmp_path / "out-b"], tmp_path / "out")
     found = rows(tmp_path / "out")
     assert len(found) == len({row.sha256 for row in found.values()}) == 2
     for row in found.values():
@@ -128,7 +128,7 @@ def test_later_decisions_are_kept(tmp_path):
         with Manifest.open(tmp_path / name) as manifest:
             at = f"{year}-01-01T00:00:00+00:00"
             manifest.note_decisions(str(path), {"accepted": year, "at": at})
-    merge([tmp_path / "b", tmp_path / "a"], tmp_path / "out")
+    merge_batch_folders([tmp_path / "b", tmp_path / "a"], tmp_path / "out")
     with Manifest.open(tmp_path / "out") as manifest:
         assert manifest.record(str(path)).decisions["accepted"] == 2027
 
@@ -142,11 +142,11 @@ def test_folders_that_are_refused(tmp_path):
         (tmp_path / "in", "expected a folder written by twistcore batch"),
     ):
         with pytest.raises(TwistError, match=why):
-            merge([other], tmp_path / "a")
+            merge_batch_folders([other], tmp_path / "a")
     run(folder, tmp_path / "b", apart(run_task, 1))
     with Manifest.open(tmp_path / "b") as manifest, manifest.transaction():
         [row] = manifest.rows().values()
         manifest.put_result(row, {})
     with pytest.raises(TwistError, match=f"^{tmp_path}/b/{FILE}: the key schema is missing"):
-        merge([tmp_path / "a", tmp_path / "b"], tmp_path / "out")
+        merge_batch_folders([tmp_path / "a", tmp_path / "b"], tmp_path / "out")
     assert rows(tmp_path / "out") == {}

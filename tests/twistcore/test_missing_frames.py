@@ -12,7 +12,7 @@ from tests.twistcore.amass_files import amass_arrays
 from tests.twistcore.batch_records import done
 from tests.twistcore.test_cli import run
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.batch.gates import broken_rules, parse_rule
+from twistcore.batch.gates import broken_rules, parse_batch_rule
 from twistcore.formats.bvh import parse_bvh, read_bvh
 from twistcore.formats.reading import read_clip
 from twistcore.review import Review, write_session
@@ -127,11 +127,11 @@ def test_a_batch_lists_them_and_a_rule_fails(tmp_path, capsys):
 )
 def test_rules_count_them_by_clip_or_over_the_run(rule, value):
     records = [done(f"{k}.bvh", result={"missing_frames": k}) for k in (0, 286, 100)]
-    found = broken_rules([parse_rule(rule)], records)
+    found = broken_rules([parse_batch_rule(rule)], records)
     assert found[0].value == value
     assert len(found) == (1 if rule.startswith("total") else 2)
     older = done("older.bvh")  # of a version that did not count them
-    assert broken_rules([parse_rule("missing-frames>0")], [older]) == []
+    assert broken_rules([parse_batch_rule("missing-frames>0")], [older]) == []
 
 
 @pytest.mark.usefixtures("batch_here")

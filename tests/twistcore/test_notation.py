@@ -14,20 +14,20 @@ from tests.tiers import parametrize
 from tests.twistcore.test_first_frames import blended
 from twistcore import analyse, read_bvh
 from twistcore.analysis.correction.twist_removal import automatic_corrections, refine
-from twistcore.analysis.why_not import Why, peaks_without_interval, why_not
+from twistcore.analysis.why_not import Why, why_no_interval_edge, why_peaks_lack_interval
 from twistcore.detection.consistency.chain_analysis import ROUNDED_GAIN, ConsistencyAnalysis
 from twistcore.detection.consistency.notated import NotatedAnalysis
-from twistcore.detection.cuts import find_cuts, leading_frames
+from twistcore.detection.cuts import count_leading_rest_frames, find_cuts
 from twistcore.detection.lone_jumps import lone_jumps
 from twistcore.detection.natural_events import natural_events
-from twistcore.detection.prediction import FLOOR, between_keys, least_scale
-from twistcore.detection.soft_errors.departures import spans
+from twistcore.detection.prediction import FLOOR, least_residual_scale, predict_between_keys
+from twistcore.detection.soft_errors.departures import span_grids
 from twistcore.detection.soft_errors.natural_scale import (
     ROUNDED,
     natural_scales,
     unlikely_increments,
 )
-from twistcore.detection.straight_limbs.straight_course import scale_of
+from twistcore.detection.straight_limbs.straight_course import increment_difference_scale
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.notation import (
     FEWEST_A_SECOND,
@@ -36,7 +36,7 @@ from twistcore.skeleton.notation import (
     Keys,
     angle_step,
     linear_keys,
-    without_held,
+    without_repeated_frames,
 )
 from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
 from twistcore.synthesis import InjectedError, inject
@@ -75,7 +75,11 @@ def noted(motion):
 @pytest.mark.parametrize("name", ["walk", "dance", "basketball", "kick", "walk_injected"])
 def test_a_plain_clip_is_never_taken_for_a_coarse_one(name):
     motion = read_bvh(ASSETS / f"{name}.bvh").motion
-    assert (motion.angle_step, without_held(motion), linear_keys(motion)) == (0.0, None, None)
+    assert (motion.angle_step, without_repeated_frames(motion), linear_keys(motion)) == (
+        0.0,
+        None,
+        None,
+    )
     assert noted(motion) == []
     assert isinstance(analyse(motion).by(), ConsistencyAnalysis)
 
@@ -106,7 +110,7 @@ def test_angles_that_never_change_tell_of_no_step():
 def test_held_frames(often):
     motion = clip("walk").motion
     held = motion.at(np.repeat(np.arange(motion.frames), often))
-    found = without_held(replace(held, frame_time=motion.frame_time / often))
+    found = without_repeated_frames(replace(held, frame_time=motion.frame_time / often))
     np.testing.assert_array_equal(found.motion.rotations, motion.rotations)
     np.testing.assert_array_equal(found.first, often * np.arange(motion.frames))
     assert found.motion.fps == pytest.approx(motion.fps, rel=1e-3)
@@ -116,7 +120,7 @@ def test_held_by_turns_as_24_frames_in_60():
     motion = clip("walk").motion
     times = np.where(np.arange(motion.frames) % 2, 3, 2)
     held = replace(motion.at(np.repeat(np.arange(motion.frames), times)), frame_time=1 / 60)
-    found = without_held(held)
+    found = without_repeated_frames(held)
     np.testing.assert_array_equal(found.motion.rotations, motion.rotations)
     assert found.motion.fps == pytest.approx(24.0, rel=0.01)
 
@@ -124,15 +128,15 @@ def test_held_by_turns_as_24_frames_in_60():
 def test_a_figure_that_stands_still_in_a_held_clip_keeps_its_time():
     motion = clip("walk").motion
     frames = np.repeat(np.r_[:100, np.full(50, 100), 100 : motion.frames], 4)
-    found = without_held(motion.at(frames))
+    found = without_repeated_frames(motion.at(frames))
     assert len(found.first) == pytest.approx(motion.frames + 50, abs=2)
 
 
 def test_a_figure_that_stands_still_now_and_then_is_not_held():
     motion = clip("walk").motion
     frames = np.r_[:100, np.full(300, 100), 100:200, np.full(100, 200), 200 : motion.frames]
-    assert without_held(motion.at(frames)) is None
-    assert without_held(motion.at(np.zeros(200, dtype=int))) is None
+    assert without_repeated_frames(motion.at(frames)) is None
+    assert without_repeated_frames(motion.at(np.zeros(200, dtype=int))) is None
 
 
 @pytest.mark.parametrize("notation", [KEYS5, KEYS10, KEYS15], ids=lambda n: n.name)
@@ -264,7 +268,7 @@ def test_scales_are_no_less_than_what_rounding_makes():
     x, y = np.diff(levels, axis=-1, prepend=levels[..., :1])
     nowhere = np.zeros(x.shape, dtype=bool)
     still = np.zeros_like(x)
-    every = spans(120.0, x.shape[1])
+    every = span_grids(120.0, x.shape[1])
     for span, found in zip(
         every, natural_scales(still, still, 120.0, every, nowhere, step), strict=True
     ):
@@ -276,21 +280,23 @@ def test_scales_are_no_less_than_what_rounding_makes():
     residual = x[:, 2:-2] - np.stack(
         [2 / 3 * (x[:, 1:-3] + x[:, 3:-1]) - (x[:, :-4] + x[:, 4:]) / 6]
     )
-    assert least_scale(step) == pytest.approx(residual.std(), rel=0.05)
-    assert least_scale(0.0) == FLOOR
-    assert scale_of(still[0], step) == pytest.approx(np.diff(x, axis=1).std(), rel=0.05)
+    assert least_residual_scale(step) == pytest.approx(residual.std(), rel=0.05)
+    assert least_residual_scale(0.0) == FLOOR
+    assert increment_difference_scale(still[0], step) == pytest.approx(
+        np.diff(x, axis=1).std(), rel=0.05
+    )
 
 
 def test_the_median_of_a_piece_between_keys():
     keys = Keys(5, 3)
     pace = np.repeat([1.0, 4.0, 2.0, 7.0], 5)[1:][None]  # the key of frame 3 is the first's last
     good = np.ones((1, 19), dtype=bool)
-    np.testing.assert_array_equal(between_keys(pace[None], good, keys)[0], pace)
+    np.testing.assert_array_equal(predict_between_keys(pace[None], good, keys)[0], pace)
     jumping = pace.copy()
     jumping[0, [5, 6]] += [9.0, -9.0]
-    np.testing.assert_array_equal(between_keys(jumping[None], good, keys)[0], pace)
+    np.testing.assert_array_equal(predict_between_keys(jumping[None], good, keys)[0], pace)
     good[0, 4:9] = False  # nothing good in a piece: all of it tells
-    np.testing.assert_array_equal(between_keys(jumping[None], good, keys)[0], pace)
+    np.testing.assert_array_equal(predict_between_keys(jumping[None], good, keys)[0], pace)
 
 
 # -- in the clip's frames --------------------------------------------------------------------------
@@ -318,18 +324,18 @@ def test_every_frame_of_a_coarse_clip_has_its_reason():
     chains, wrong = error(base.motion, "Left Arm", 50, 55, 40.0)
     found = analyse(HELD.written(with_errors(base, chains, [wrong]), 4)).detect()
     for frame in range(150, 260):
-        reason = why_not(found, wrong.chain, frame)
+        reason = why_no_interval_edge(found, wrong.chain, frame)
         assert reason.frame == frame
         if reason.why == Why.BELOW and frame % 4:
             assert f"frame {frame // 4 * 4}" in reason.text
-    assert why_not(found, wrong.chain, 200).why == Why.INTERVAL
+    assert why_no_interval_edge(found, wrong.chain, 200).why == Why.INTERVAL
     open_ = found.analysis.detect(tau_degrees=0.5)
-    for reason in peaks_without_interval(open_, wrong.chain):
+    for reason in why_peaks_lack_interval(open_, wrong.chain):
         assert reason.frame % 4 == 0
         assert f"frame {reason.frame} " in reason.text
     keyed = analyse(written(KEYS10)).detect(tau_degrees=0.5)
     for frame in range(95, 125):
-        assert why_not(keyed, wrong.chain, frame).frame == frame
+        assert why_no_interval_edge(keyed, wrong.chain, frame).frame == frame
 
 
 def test_the_strength_of_a_held_clip_is_where_a_frame_begins():
@@ -358,7 +364,7 @@ def test_fast_turns_of_held_frames_are_no_lone_jumps():
 def test_cuts_of_a_held_clip_are_those_of_its_frames():
     """At the rate of the file every joint seems to jump in every fourth frame."""
     motion = HELD.written(kept(clip("basketball"), HELD), 4).motion
-    own = find_cuts(without_held(motion).motion)
+    own = find_cuts(without_repeated_frames(motion).motion)
     cut = find_cuts(motion)
     np.testing.assert_array_equal(np.flatnonzero(cut), 4 * np.flatnonzero(own))
     assert not analyse(motion).not_examined
@@ -369,9 +375,9 @@ def test_a_blend_in_a_held_clip_is_one_piece():
     capture = capture.sliced(1, capture.frames)
     own = blended(capture, 4)
     held = replace(own.at(np.repeat(np.arange(own.frames), 4)), frame_time=own.frame_time / 4)
-    first = leading_frames(own)
+    first = count_leading_rest_frames(own)
     assert first >= 3
-    assert leading_frames(held) == 4 * first
+    assert count_leading_rest_frames(held) == 4 * first
 
 
 def test_natural_events_of_a_held_clip_are_in_its_frames():

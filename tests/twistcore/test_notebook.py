@@ -17,7 +17,7 @@ from tests.conftest import ASSETS
 from tests.messages import names_in_one_line, refused
 from tests.twistcore.reviews import CARRIED, find_flips, flip
 from twistcore.analysis.correction.twist_removal import automatic_corrections
-from twistcore.export.compare import compare
+from twistcore.export.compare import compare_motions
 
 README = Path(__file__).parents[2] / "README.md"
 
@@ -49,8 +49,8 @@ def test_the_scripts_of_the_readme_run(tmp_path, monkeypatch, capsys):
     assert len(names["review"].accepted) == 8
     clean = tc.read_bvh(ASSETS / "walk.bvh").motion
     refined = tc.read_bvh(tmp_path / "walk_refined.bvh").motion
-    assert compare(clean, refined).max_position_of_height < 1e-4
-    assert max((j.max_degrees for j in compare(clean, refined).joints), default=0.0) < 0.5
+    assert compare_motions(clean, refined).max_position_of_height < 1e-4
+    assert max((j.max_degrees for j in compare_motions(clean, refined).joints), default=0.0) < 0.5
     told = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in told[-2:]] == ["wrong.bvh", "clean.bvh"]
 

@@ -8,7 +8,7 @@ from tests.twistcore.test_first_frames import blended
 from twistcore import analyse, read_clip
 from twistcore.batch import Manifest
 from twistcore.cli import main
-from twistcore.detection.cuts import leading_frames
+from twistcore.detection.cuts import count_leading_rest_frames
 from twistcore.formats.bvh.compose import write_motion
 from twistcore.skeleton.notes import Note
 
@@ -16,7 +16,7 @@ from twistcore.skeleton.notes import Note
 @pytest.fixture(scope="module")
 def clip(walk, tmp_path_factory):
     """A file whose first frames are a blend, and the note about it."""
-    capture = walk.motion.sliced(leading_frames(walk.motion), walk.motion.frames)
+    capture = walk.motion.sliced(count_leading_rest_frames(walk.motion), walk.motion.frames)
     path = tmp_path_factory.mktemp("notes") / "blend.bvh"
     write_motion(blended(capture, 10), path)
     (note,) = analyse(read_clip(path)).notes

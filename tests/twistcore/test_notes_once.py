@@ -11,7 +11,7 @@ import pytest
 from tests.conftest import ASSETS
 from twistcore.cli import main
 from twistcore.formats.bvh import read_bvh, write_motion
-from twistcore.skeleton.chain import chain_notes, find_chains
+from twistcore.skeleton.chain import chain_warnings, find_chains
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +31,7 @@ def test_chains_that_share_a_joint_share_its_sentence(shifted):
     chains = find_chains(read_bvh(shifted).motion)
     every = [warning for chain in chains for warning in chain.warnings]
     assert len(every) > len({*every}) > 0
-    assert chain_notes(chains) == tuple(dict.fromkeys(every))
+    assert chain_warnings(chains) == tuple(dict.fromkeys(every))
 
 
 @pytest.mark.parametrize(

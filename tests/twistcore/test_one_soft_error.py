@@ -11,7 +11,7 @@ from twistcore.detection.soft_errors.soft_error import (
     SoftError,
     _answered,
     _shown_in_both,
-    marked_if_unsure,
+    mark_error_if_unsure,
 )
 
 DEGREE = math.pi / 180.0
@@ -82,7 +82,7 @@ def test_an_error_at_an_end_must_be_by_far_the_shorter_side(start, frames, cuts,
     cut[list(cuts)] = True
     one = error(start, level(frames))
     x, y = increments(one)
-    found = marked_if_unsure(one, x, y, cut, last=False)
+    found = mark_error_if_unsure(one, x, y, cut, last=False)
     assert found.unsure == unsure
     assert (found.start, found.row, found.offset is one.offset) == (start, 3, True)
 
@@ -92,7 +92,7 @@ def test_a_clip_begins_and_ends_without_a_cut():
     for start, unsure in ((0, True), (1, False), (78, False), (79, True)):
         one = error(start, level(41))
         x, y = increments(one)
-        assert marked_if_unsure(one, x, y, anywhere, last=False).unsure == unsure
+        assert mark_error_if_unsure(one, x, y, anywhere, last=False).unsure == unsure
 
 
 # Whether both joints show it
@@ -137,11 +137,11 @@ def test_one_joint_that_turns_a_third_moved_alone():
     for child, parent in ((0.34, 1.0), (1.0, 0.34)):
         x, y = increments(sudden, child, parent, unrest=0.0)
         assert not _shown_in_both(sudden, x, y, True)
-        assert marked_if_unsure(sudden, x, y, NOWHERE, last=False).unsure
+        assert mark_error_if_unsure(sudden, x, y, NOWHERE, last=False).unsure
     for child, parent in ((0.36, 1.0), (1.0, 0.36)):
         x, y = increments(sudden, child, parent, unrest=0.0)
         assert _shown_in_both(sudden, x, y, False)
-        assert not marked_if_unsure(sudden, x, y, NOWHERE, last=False).unsure
+        assert not mark_error_if_unsure(sudden, x, y, NOWHERE, last=False).unsure
 
 
 @pytest.mark.parametrize(("degrees", "clear"), [(1.49, False), (1.51, True)])
@@ -158,7 +158,7 @@ def test_a_step_counts_from_thirty_times_what_is_seen_at_all(degrees, clear):
 def test_what_cannot_be_told_counts_against_a_silent_joint_at_a_lines_end(last, side, unsure):
     slow = error(offset=level(40, 1.0, 10))  # never steep
     x, y = increments(slow)
-    assert marked_if_unsure(slow, x, y, NOWHERE, side, last=last).unsure == unsure
+    assert mark_error_if_unsure(slow, x, y, NOWHERE, side, last=last).unsure == unsure
 
 
 # Whether the other joint turns back what a silent one turns
@@ -199,8 +199,8 @@ def test_what_a_silent_joint_turns_the_other_one_must_turn_back():
     rested = np.zeros(FRAMES)
     rested[50:80] = 4.0 * DEGREE
     for side, own, other in ((1, x + rested, y), (-1, x, y + rested)):
-        assert marked_if_unsure(sharp, x, y, NOWHERE, side, last=False).unsure is False
-        found = marked_if_unsure(sharp, own, other, NOWHERE, side, last=False)
+        assert mark_error_if_unsure(sharp, x, y, NOWHERE, side, last=False).unsure is False
+        found = mark_error_if_unsure(sharp, own, other, NOWHERE, side, last=False)
         assert not found.unsure  # the steps are answered, whatever was turned between them
     both = x.copy()
     both[50:81] = np.random.default_rng(0).standard_normal(31) * 9.0 * DEGREE
@@ -211,7 +211,7 @@ def test_what_a_silent_joint_turns_the_other_one_must_turn_back():
         answered = plain_answered(
             *((own, other) if side > 0 else (other, own)), one.start, one.stop
         )
-        assert marked_if_unsure(one, own, other, NOWHERE, side, last=False).unsure == (
+        assert mark_error_if_unsure(one, own, other, NOWHERE, side, last=False).unsure == (
             alone or not answered
         )
-        assert marked_if_unsure(one, own, other, NOWHERE, 0, last=False).unsure == alone
+        assert mark_error_if_unsure(one, own, other, NOWHERE, 0, last=False).unsure == alone

@@ -9,7 +9,7 @@ import pytest
 from twistcore.detection import Kind
 from twistcore.review import start_review
 from twistcore.review.model import constant_interval
-from twistcore.review.other_chains import changed_chains
+from twistcore.review.other_chains import chain_change_command
 from twistcore.skeleton.rig import AS_FOUND, Rig
 
 A = constant_interval("A", 10, 20, 0.5)
@@ -32,13 +32,15 @@ def state(**tau):
 
 def test_a_chain_that_stays_keeps_its_tau_unless_nobody_chose_it():
     before = analysis({"A": [A], "B": []})
-    same = changed_chains(before, analysis({"A": [A], "B": []}), state(A=0.7, B=0.1))
+    same = chain_change_command(before, analysis({"A": [A], "B": []}), state(A=0.7, B=0.1))
     assert (dict(same.tau), same.again, same.what) == ({"A": 0.7, "B": 0.1}, (), "")
-    other = changed_chains(before, analysis({"A": [A], "B": []}, 0.2), state(A=0.7, B=0.1), "x")
+    other = chain_change_command(
+        before, analysis({"A": [A], "B": []}, 0.2), state(A=0.7, B=0.1), "x"
+    )
     assert (dict(other.tau), other.what) == ({"A": 0.7, "B": 0.2}, "x")
-    unknown = changed_chains(before, analysis({"A": [A], "B": []}), state(B=0.7))
+    unknown = chain_change_command(before, analysis({"A": [A], "B": []}), state(B=0.7))
     assert (dict(unknown.tau), unknown.again) == ({"A": 0.1, "B": 0.7}, ("A",))
-    not_there = changed_chains(analysis({"B": []}), analysis({"A": [A]}), state(A=0.7, B=0.1))
+    not_there = chain_change_command(analysis({"B": []}), analysis({"A": [A]}), state(A=0.7, B=0.1))
     assert (dict(not_there.tau), not_there.again) == ({"A": 0.1}, ("A",))
 
 
@@ -46,7 +48,7 @@ def test_new_chains_and_those_with_other_intervals_are_looked_at_again():
     b = constant_interval("B", 1, 3, 0.1)
     rig = Rig(remove=("Gone",))
     after = analysis({"New": [A], "A": [A], "B": [b, b]}, rig=rig)
-    command = changed_chains(analysis({"A": [A], "B": [b]}), after, state(A=0.7, B=0.7))
+    command = chain_change_command(analysis({"A": [A], "B": [b]}), after, state(A=0.7, B=0.7))
     assert (command.again, command.rig) == (("New", "B"), rig)
     assert command.found == (A, b, b)
 
@@ -59,6 +61,6 @@ def test_new_chains_and_those_with_other_intervals_are_looked_at_again():
 )  # fmt: skip
 def test_any_difference_counts(change):
     before, after = analysis({"A": [A]}), analysis({"A": [replace(A, **change)]})
-    assert changed_chains(before, after, state(A=0.7)).again == ("A",)
+    assert chain_change_command(before, after, state(A=0.7)).again == ("A",)
     alike = analysis({"A": [replace(A, offset=A.offset.copy(), residual=1.0)]})
-    assert changed_chains(before, alike, state(A=0.7)).again == ()
+    assert chain_change_command(before, alike, state(A=0.7)).again == ()

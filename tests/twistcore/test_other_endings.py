@@ -5,12 +5,12 @@ import pytest
 from tests.conftest import ASSETS
 from tests.messages import names_in_one_line
 from twistcore.cli import main
-from twistcore.cli.arguments.argument_types import clip_target
-from twistcore.cli.parser import commands_of, make_parser
+from twistcore.cli.arguments.argument_types import parse_clip_output_path
+from twistcore.cli.parser import command_parsers, make_parser
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
-from twistcore.formats.suffixes import CLIP_SUFFIXES, other_format
+from twistcore.formats.suffixes import CLIP_SUFFIXES, unsupported_format_name
 
 SCENES = ("out.fbx", "out.GLB", "out.usda", "out.blend", "out.c3d", "out.asf")
 
@@ -31,9 +31,9 @@ def writers():
 def test_no_command_is_forgotten():
     writing = {
         name
-        for name, leaf in commands_of(make_parser())
+        for name, leaf in command_parsers(make_parser())
         for action in leaf._actions
-        if action.type is clip_target
+        if action.type is parse_clip_output_path
     }
     assert writing == {*writers()} - {"convert"}  # which writes BVH alone
 
@@ -65,4 +65,4 @@ def test_other_names_are_as_they_were(tmp_path):
     for name in ("out", "out.bvh", "out.BVH", "out.txt", "fbx", "out.fbx.bvh"):
         write_clip(clip, clip.motion, tmp_path / name)
         assert (tmp_path / name).read_bytes() == clip.data
-    assert not any(other_format(f"a{suffix}") for suffix in CLIP_SUFFIXES)
+    assert not any(unsupported_format_name(f"a{suffix}") for suffix in CLIP_SUFFIXES)

@@ -16,9 +16,9 @@ from twistcore.detection.counter_twist.pairing import (
     Block,
     Pair,
     PairTable,
-    best_pairs,
-    pair_table,
-    running_sums,
+    best_edge_pairs,
+    counter_rotation_sums,
+    edge_pair_table,
     unpaired_jumps,
 )
 from twistcore.skeleton.rotation import wrap
@@ -31,7 +31,11 @@ DEGREE = math.pi / 180.0
 def table_of(seed, low=0, high=FRAMES, jumps=0.08):
     counter = counter_of(seed, frames=FRAMES, jumps=jumps)
     edges, step = find_edges(counter, ROW)
-    return counter, step, pair_table(edges, running_sums(counter, ROW, step), low, high)
+    return (
+        counter,
+        step,
+        edge_pair_table(edges, counter_rotation_sums(counter, ROW, step), low, high),
+    )
 
 
 def closing(residual, variance):
@@ -185,7 +189,7 @@ def test_no_set_of_disjoint_intervals_gains_more(seed, tau, fps, jumps):
 
 def assert_no_set_gains_more(table, tau, fps):
     edges = table.edges
-    pairs = best_pairs(table, tau, fps)
+    pairs = best_edge_pairs(table, tau, fps)
     assert sum(p.gain for p in pairs) == pytest.approx(most_gained(table, tau, fps), abs=1e-6)
     behind = -1
     for pair in pairs:
@@ -235,7 +239,9 @@ def test_an_edge_is_near_an_end_of_its_segment_to_the_frame(fps, longest, low):
                 edges, start=start, stop=start + 1, jump=np.array([1.0, -1.0]),
                 gain=np.array([40.0, 40.0]),
             )  # fmt: skip
-            pairs = best_pairs(PairTable(own, low, int(start[1]) + behind, (block,)), 0.01, fps)
+            pairs = best_edge_pairs(
+                PairTable(own, low, int(start[1]) + behind, (block,)), 0.01, fps
+            )
             near = max(before, behind) <= longest
             assert ((0, 1) in [p[:2] for p in pairs]) == (not near)
 
@@ -245,7 +251,7 @@ def test_an_edge_is_near_an_end_of_its_segment_to_the_frame(fps, longest, low):
 def test_clear_jumps_that_nothing_explains_are_told_by_their_shorter_side(seed, tau, fps):
     _, _, table = table_of(seed, seed % 20, FRAMES - seed % 7)
     edges, tau = table.edges, tau * DEGREE
-    pairs = best_pairs(table, tau, fps)
+    pairs = best_edge_pairs(table, tau, fps)
     wanted = []
     for k in range(len(edges)):
         frames = set(range(edges.start[k], edges.stop[k]))
@@ -267,7 +273,7 @@ def test_a_segment_without_edges_has_no_pairs():
     _, _, table = table_of(3, jumps=0.0)
     none = table_of(3, low=40, high=41)[2]
     for some in (none, table):
-        assert best_pairs(some, 100.0, 30.0) == []
+        assert best_edge_pairs(some, 100.0, 30.0) == []
         assert unpaired_jumps(some, [], 100.0) == []
     assert none.blocks == ()
 

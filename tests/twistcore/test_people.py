@@ -5,7 +5,7 @@ import pytest
 
 from twistcore.skeleton.joint_names import interpret_names
 from twistcore.skeleton.motion import Skeleton
-from twistcore.skeleton.people import find_people, joint_names
+from twistcore.skeleton.people import find_people, interpret_person_joint_names
 
 SIDES = ("Left", "Right")
 LEGS = [("Hips", None)] + [
@@ -86,7 +86,7 @@ def test_without_the_person_s_words_the_names_say_what_they_say_of_one_person(pa
     pair = skeleton(called("*"), called(pattern))
     alone = interpret_names([name for name, _ in BODY])
     both = find_people(pair)
-    said = joint_names(pair, both)
+    said = interpret_person_joint_names(pair, both)
     for person in both:
         assert [said[j] for j in person.joints] == alone
 

@@ -9,8 +9,18 @@ from tests.conftest import ASSETS
 from tests.messages import names_in_one_line
 from tests.tiers import parametrize
 from twistcore.detection.bends import bend_steps
-from twistcore.detection.cuts import _jumps, border_notes, find_cuts, leading_frames
-from twistcore.detection.leading_blend import LENGTHS, blend_end, held_frames, rest_frames
+from twistcore.detection.cuts import (
+    _jumps,
+    count_leading_rest_frames,
+    find_cuts,
+    ignored_frames_notes,
+)
+from twistcore.detection.leading_blend import (
+    LENGTHS,
+    count_held_frames,
+    count_rest_frames,
+    leading_blend_end,
+)
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.motion import Motion, Skeleton, forward_kinematics
 from twistcore.skeleton.rotation import (
@@ -281,7 +291,7 @@ def test_blends_end_where_they_do_joint_by_joint(fps, eased):
             clip = out_of(poses[name], q, length, eased, length, spoilt) if length else q
             whole = (clip, clip[:, :9], clip[: length + 7])[k % 3 if spoilt else 0]
             for from_rest in (False, True)[: 1 + (name == "rest")]:
-                end = blend_end(whole, fps, from_rest=from_rest)
+                end = leading_blend_end(whole, fps, from_rest=from_rest)
                 assert end == plain_blend_end(whole, fps, from_rest), (length, name, spoilt)
                 found.add(end)
     assert len(found) > 4
@@ -301,7 +311,7 @@ def test_joints_that_stand_still_or_go_nowhere_far_do_not_vote(still):
             for whole in (clip, np.where(near[:, None] & (np.arange(70) >= length)[:, None, None],
                                          clip[:1], clip)):  # fmt: skip
                 for from_rest in (False, True):
-                    end = blend_end(whole, 120.0, from_rest=from_rest)
+                    end = leading_blend_end(whole, 120.0, from_rest=from_rest)
                     assert end == plain_blend_end(whole, 120.0, from_rest)
                     found.add(end)
     assert len(found) > (still < 0.5)
@@ -320,7 +330,7 @@ def test_joints_count_that_turn_within_twice_the_longest_blend(fps, seen):
     for first in (seen - 1, seen, seen + 1):
         whole = clip.copy()
         whole[first:, one] = np.cos(0.1), np.sin(0.1), 0.0, 0.0
-        end = blend_end(whole, fps)
+        end = leading_blend_end(whole, fps)
         assert end == plain_blend_end(whole, fps)
         assert (end > 0) == (first <= seen)
 
@@ -330,42 +340,45 @@ def test_a_joint_that_is_turned_about_any_axis_is_at_no_rest(component):
     pose = REST.copy()
     pose[:, [0, component]] = np.cos(0.02), np.sin(0.02)
     clip = out_of(pose, CAPTURE.rotations, 19, eased=True)
-    assert blend_end(clip, 120.0, from_rest=True) == 0
-    assert blend_end(out_of(REST, CAPTURE.rotations, 19, eased=True), 120.0, from_rest=True) > 9
+    assert leading_blend_end(clip, 120.0, from_rest=True) == 0
+    assert (
+        leading_blend_end(out_of(REST, CAPTURE.rotations, 19, eased=True), 120.0, from_rest=True)
+        > 9
+    )
 
 
 def test_the_lengths_that_are_looked_for():
     assert LENGTHS == (2, 3, 5, 8, 12, 18, 25, 32, 45, 64)
-    assert [blend_end(CAPTURE.rotations[:n], 120.0) for n in range(1, 9)] == [0] * 8
+    assert [leading_blend_end(CAPTURE.rotations[:n], 120.0) for n in range(1, 9)] == [0] * 8
 
 
 def test_a_pose_is_held_as_long_as_nothing_moves_at_all():
     q = CAPTURE.rotations
     for held in (0, 1, 5):
         clip = np.concatenate([np.repeat(q[:1], held, axis=0), q])
-        assert held_frames(clip) == held
-    assert held_frames(q[:1]) == 0
-    assert held_frames(np.repeat(q[:1], 4, axis=0)) == 3
+        assert count_held_frames(clip) == held
+    assert count_held_frames(q[:1]) == 0
+    assert count_held_frames(np.repeat(q[:1], 4, axis=0)) == 3
     one = np.repeat(q[:1], 4, axis=0)
     one[2, 3, 1] += 1e-12
-    assert held_frames(one) == 1
+    assert count_held_frames(one) == 1
 
 
 def test_a_rest_pose_at_the_end_is_told_only_behind_a_blend():
     q = CAPTURE.rotations
     blended = out_of(REST, q[::-1], 12, eased=True)[::-1]
-    length = rest_frames(blended, 120.0)
+    length = count_rest_frames(blended, 120.0)
     assert 10 <= length <= 14
     held = np.concatenate([blended, np.repeat(blended[-1:], 7, axis=0)])
-    assert rest_frames(held, 120.0) == length + 7
-    assert rest_frames(np.concatenate([q, np.repeat(q[-1:], 7, axis=0)]), 120.0) == 0
+    assert count_rest_frames(held, 120.0) == length + 7
+    assert count_rest_frames(np.concatenate([q, np.repeat(q[-1:], 7, axis=0)]), 120.0) == 0
     elsewhere = out_of(q[40], q, 12, eased=True)
-    assert blend_end(elsewhere, 120.0) > 9
-    assert rest_frames(elsewhere[::-1], 120.0) == 0
+    assert leading_blend_end(elsewhere, 120.0) > 9
+    assert count_rest_frames(elsewhere[::-1], 120.0) == 0
     motion = replace(CAPTURE, rotations=held, positions=CAPTURE.positions[[0] * len(held)])
     cut = np.flatnonzero(find_cuts(motion)).tolist()
     assert cut == list(range(len(held) - length - 7, len(held)))
-    (note,) = border_notes(motion)
+    (note,) = ignored_frames_notes(motion)
     assert names_in_one_line(note, f" {len(held) - length - 7}–{len(held) - 1} ")
 
 
@@ -375,17 +388,17 @@ def test_what_is_left_out_at_the_start_is_all_up_to_the_end_of_the_blend():
         blended = out_of(REST, q, 12, eased=True)
         clip = np.concatenate([np.repeat(REST[None], held, axis=0), blended])
         motion = replace(CAPTURE, rotations=clip, positions=CAPTURE.positions[[0] * len(clip)])
-        end = held + blend_end(clip[held:], 120.0)
+        end = held + leading_blend_end(clip[held:], 120.0)
         assert np.flatnonzero(find_cuts(motion)).tolist() == list(range(held + 1, end + 1))
-        assert leading_frames(motion) == end
-        (note,) = border_notes(motion)
+        assert count_leading_rest_frames(motion) == end
+        (note,) = ignored_frames_notes(motion)
         assert names_in_one_line(note, f" 0–{end - 1} ")
-    assert leading_frames(WALK) == 1
-    assert border_notes(WALK) == border_notes(CAPTURE) == ()
+    assert count_leading_rest_frames(WALK) == 1
+    assert ignored_frames_notes(WALK) == ignored_frames_notes(CAPTURE) == ()
 
 
 def test_a_clip_that_is_a_blend_to_its_end_has_no_capture():
     q = out_of(REST, CAPTURE.rotations[::-1], 12, eased=True)[::-1][-22:]
     motion = replace(CAPTURE, rotations=q, positions=CAPTURE.positions[:22])
-    assert rest_frames(q, 120.0) > 9
-    assert leading_frames(motion) == 21
+    assert count_rest_frames(q, 120.0) > 9
+    assert count_leading_rest_frames(motion) == 21

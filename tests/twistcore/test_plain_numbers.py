@@ -9,14 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.tiers import examples
-from twistcore.formats.bvh.plain_numbers import plain_numbers
+from twistcore.formats.bvh.plain_numbers import parse_plain_numbers
 
 plain = st.from_regex(r"-?[0-9]{1,4}(\.[0-9]{1,11})?|-?\.[0-9]{1,11}", fullmatch=True)
 gaps = st.sampled_from([" ", "\n", "\r\n", "\t", "  ", "\v", "\f"])
 
 
 def read(text):
-    found = plain_numbers(np.frombuffer(text.encode(), dtype=np.uint8))
+    found = parse_plain_numbers(np.frombuffer(text.encode(), dtype=np.uint8))
     return found and (found[0].tolist(), found[1].tolist())
 
 
@@ -72,7 +72,7 @@ def test_what_is_not_plain_is_declined(token, place):
 
 def test_places_of_numbers_are_those_of_the_block():
     block = np.frombuffer(b"  1.5\t-22.25\r\n3 ", dtype=np.uint8)
-    values, ends = plain_numbers(block)
+    values, ends = parse_plain_numbers(block)
     assert values.tolist() == [1.5, -22.25, 3.0]
     assert ends.tolist() == [4, 11, 14]
     assert values.dtype == np.float64

@@ -14,7 +14,7 @@ from twistcore.analysis.correction.twist_removal import refine
 from twistcore.detection import Kind
 from twistcore.export.replay import accepted_motion
 from twistcore.report.document import Report
-from twistcore.report.played_finds import MOST_BYTES, played_data, played_finds
+from twistcore.report.played_finds import MOST_BYTES, player_script_data, select_intervals_to_play
 from twistcore.review import Decide, Decision
 from twistcore.review.model import constant_interval
 
@@ -35,8 +35,8 @@ def of(state):
 
 
 def data_of(report, most=MOST_BYTES):
-    finds, _ = played_finds(report, most)
-    return played_data(report, finds, LOOK | {"views": [{}] * len(finds)})
+    finds, _ = select_intervals_to_play(report, most)
+    return player_script_data(report, finds, LOOK | {"views": [{}] * len(finds)})
 
 
 def numbers(packed, *shape):
@@ -60,7 +60,7 @@ def test_the_page_has_the_motion_around_every_find_before_and_after():
     """Once each, to a hundredth of a degree; a find nobody accepted as if it were."""
     report = reviewed(accepted=(1, 2))
     motion, data, joints = CLIP.motion, data_of(report), len(CLIP.motion.skeleton)
-    finds, left_out = played_finds(report)
+    finds, left_out = select_intervals_to_play(report)
     assert len(finds) == len(report.state.intervals) == len(data["pages"])
     assert left_out == []
     frames = [(s["first"], rotations(s["rotations"], -1, joints, 4)) for s in data["spans"]]
@@ -87,16 +87,16 @@ def test_the_page_has_the_motion_around_every_find_before_and_after():
 
 def test_the_worst_come_first_and_the_rest_is_named_within_a_size():
     report = reviewed(rejected=(3,))
-    every, _ = played_finds(report)
+    every, _ = select_intervals_to_play(report)
     assert every[-1].judged.id == 3  # of the others, the worst is first
-    few, left_out = played_finds(report, 310_000)
+    few, left_out = select_intervals_to_play(report, 310_000)
     assert 0 < len(few) < len(every)
     assert {f.judged.id for f in few} | {j.id for j in left_out} == {f.judged.id for f in every}
     assert few[0].judged.id == every[0].judged.id
     small = len(json.dumps(data_of(report, 310_000)))
     assert small < 310_000 - 8_000 * len(CLIP.motion.skeleton)
     assert small < len(json.dumps(data_of(report)))
-    assert played_finds(report, 0) == ([], [f.judged for f in every])
+    assert select_intervals_to_play(report, 0) == ([], [f.judged for f in every])
 
 
 def test_what_has_no_correction_is_the_same_on_both_sides():
@@ -104,7 +104,7 @@ def test_what_has_no_correction_is_the_same_on_both_sides():
     jump = replace(constant_interval("LeftForeArm", 50, 51, 0.0), kind=Kind.LONE_JUMP, residual=0.7)
     first = replace(state.intervals[0], interval=jump)
     report = of(state.with_intervals((first, *state.intervals[1:])))
-    finds, _ = played_finds(report)
+    finds, _ = select_intervals_to_play(report)
     (page,) = [p for p in data_of(report)["pages"] if p["start"] == 50]
     assert page["after"] is None
     assert [f.joints for f in finds if f.judged.interval is jump] == [()]
@@ -115,7 +115,9 @@ def test_only_a_part_of_a_very_long_find_is_played():
     whole = constant_interval("LeftForeArm", 0, motion.frames, 0.5)
     state = state.with_intervals([replace(state.intervals[0], interval=whole)])
     fast = replace(motion, frame_time=1.0 / 20.0)  # so that four seconds are 80 frames
-    (find,), _ = played_finds(replace(of(state), clip=SimpleNamespace(motion=fast), refined=fast))
+    (find,), _ = select_intervals_to_play(
+        replace(of(state), clip=SimpleNamespace(motion=fast), refined=fast)
+    )
     assert find.span[1] - find.span[0] == 80
     assert find.span[0] <= find.frame < find.span[1]
 

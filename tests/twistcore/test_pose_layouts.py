@@ -33,7 +33,7 @@ from twistcore.formats.bvh import read_bvh, write_motion
 from twistcore.formats.npz.pickled_arrays import Unreadable, read_pickle
 from twistcore.quamo.pose_files import PosesError
 from twistcore.quamo.poses_clip import read_poses
-from twistcore.quamo.topology import find_topology, skeleton_24
+from twistcore.quamo.topology import find_network_joints, make_smpl_skeleton
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import geodesic_angle
 from twistcore.study.quamo.sequences import read_sequence
@@ -51,7 +51,7 @@ def template(tmp_path_factory):
     """A BVH that rests as SMPL does."""
     path = tmp_path_factory.mktemp("template") / "t.bvh"
     q = np.tile([1.0, 0.0, 0.0, 0.0], (1, 24, 1))
-    write_motion(Motion(skeleton_24(t_pose()), q, (0,), np.zeros((1, 1, 3)), 0.04), path)
+    write_motion(Motion(make_smpl_skeleton(t_pose()), q, (0,), np.zeros((1, 1, 3)), 0.04), path)
     return path
 
 
@@ -65,7 +65,7 @@ def read(path, template, **options):
 
 def same(found, q, r, joints=22):
     """How far a clip is from rotations and places: degrees and metres, the largest."""
-    own = find_topology(found.skeleton).reduced(found.motion.rotations)
+    own = find_network_joints(found.skeleton).reduced(found.motion.rotations)
     assert own.shape[:2] == q.shape[:2]
     away = np.degrees(geodesic_angle(own[:, :joints], q[:, :joints])).max()
     return away, np.abs(found.motion.positions[:, 0] - r).max()
@@ -118,7 +118,9 @@ def test_the_root_stands_where_smpl_rests_it_and_not_where_a_template_does(clip,
     template = tmp_path / "t.bvh"
     other = rest.copy()
     other[0] = [7.0, 8.0, 9.0]
-    write_motion(Motion(skeleton_24(other), still, (0,), np.zeros((1, 1, 3)), 0.04), template)
+    write_motion(
+        Motion(make_smpl_skeleton(other), still, (0,), np.zeros((1, 1, 3)), 0.04), template
+    )
     assert read(path, template).motion.positions[:, 0] == pytest.approx(moved, abs=1e-5)
     found = read(amass(tmp_path / "b", *clip), template)
     assert found.motion.positions[:, 0] == pytest.approx(clip[1], abs=1e-5)

@@ -14,15 +14,15 @@ from tests.tiers import parametrize
 from tests.twistcore import pose_layout_files as files
 from tests.twistcore.amass_files import amass_arrays
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.batch.inputs import find_inputs
+from twistcore.batch.inputs import find_input_clips
 from twistcore.cli import main
 from twistcore.errors import NpzError, TwistError
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip import rewritten, write_clip
-from twistcore.formats.clip_files import clips_in
+from twistcore.formats.clip import patch_clip, write_clip
+from twistcore.formats.clip_files import clip_paths_in_folder
 from twistcore.formats.npz import PklClip, parse_pkl
-from twistcore.formats.npz.pickled_arrays import read_pickle, read_pickle_places
-from twistcore.formats.reading import is_clip, is_other_data, read_clip
+from twistcore.formats.npz.pickled_arrays import read_pickle, read_pickle_with_offsets
+from twistcore.formats.reading import is_clip, is_clip_without_motion, read_clip
 from twistcore.skeleton.rotation import geodesic_angle
 
 WALK = read_bvh(ASSETS / "walk_injected.bvh")
@@ -76,8 +76,8 @@ def test_parts_without_the_whole_are_read_and_written(
     whole = amass_arrays(WALK.motion, 55)["poses"]
     np.testing.assert_array_equal(clip.poses[:, :66], whole[:, :66])
     assert {i.chain: (i.start, i.stop) for i in analyse(clip).detect()} == FOUND
-    assert not is_other_data(path)
-    assert rewritten(clip, clip.motion).data == path.read_bytes()
+    assert not is_clip_without_motion(path)
+    assert patch_clip(clip, clip.motion).data == path.read_bytes()
     after = corrected(path, out, capsys)
     assert_only_intervals_differ(clip, after)
     was, now = loaded(path.read_bytes()), loaded(out.read_bytes())
@@ -139,7 +139,7 @@ def test_a_pickle_of_aist_is_read_and_rewritten_in_place(dtype, protocol, tmp_pa
     assert any("60" in str(w) for w in clip.warnings)
     places = amass_arrays(WALK.motion, 24)["trans"]
     np.testing.assert_allclose(clip.motion.positions[:, 0] - clip.rest, places, atol=1e-5)
-    assert rewritten(clip, clip.motion).data == path.read_bytes()
+    assert patch_clip(clip, clip.motion).data == path.read_bytes()
     assert main(["refine", str(path), "-o", str(out), "--fps", "120"]) == 0
     assert "8 of 8 intervals" in capsys.readouterr().out
     was, now = path.read_bytes(), out.read_bytes()
@@ -158,7 +158,7 @@ def test_the_place_is_written_in_the_file_s_units(tmp_path):
     positions = clip.motion.positions.copy()
     positions[5:9] += 0.25
     moved = replace(clip.motion, positions=positions)
-    after = pickle.loads(rewritten(clip, moved).data)["smpl_trans"]
+    after = pickle.loads(patch_clip(clip, moved).data)["smpl_trans"]
     np.testing.assert_allclose(
         after - clip.trans, files.SCALING * (positions - clip.motion.positions)[:, 0], atol=1e-3
     )
@@ -230,8 +230,8 @@ def test_in_a_folder_a_pickle_without_poses_is_no_clip(tmp_path):
     files.write_aist(tmp_path / "dance.pkl", SHORT)
     (tmp_path / "SMPL_NEUTRAL.pkl").write_bytes(pickle.dumps({"v_template": np.zeros((9, 3))}))
     assert is_clip(tmp_path / "dance.pkl")
-    assert [p.name for p in clips_in(tmp_path)] == ["dance.pkl"]
-    assert [s.name for s in find_inputs([str(tmp_path)]).sources] == ["dance.pkl"]
+    assert [p.name for p in clip_paths_in_folder(tmp_path)] == ["dance.pkl"]
+    assert [s.name for s in find_input_clips([str(tmp_path)]).sources] == ["dance.pkl"]
 
 
 @pytest.mark.parametrize("protocol", range(6))
@@ -243,7 +243,7 @@ def test_where_the_bytes_of_arrays_are_is_known(protocol):
         rng.normal(size=2),
     ]
     data = pickle.dumps({"a": some, "b": some[1]}, protocol=protocol)
-    found, places = read_pickle_places(data)
+    found, places = read_pickle_with_offsets(data)
     for here, there in zip(some, found["a"], strict=True):
         np.testing.assert_array_equal(here, there)
         start = places.of(there)
@@ -272,7 +272,7 @@ def test_a_video_of_romp_is_read_and_rewritten_in_place(others, packed, tmp_path
     assert {i.chain: (i.start, i.stop) for i in analyse(clip).detect()} == FOUND
     said = " ".join(map(str, clip.warnings))
     assert (f"{len(others) + 1} people" in said) == bool(others)
-    assert rewritten(clip, clip.motion).data == path.read_bytes()
+    assert patch_clip(clip, clip.motion).data == path.read_bytes()
     assert main(["refine", str(path), "-o", str(out), "--fps", "120"]) == 0
     assert "8 of 8 intervals" in capsys.readouterr().out
     after = read_clip(out, fps=120.0)
@@ -316,7 +316,7 @@ def test_frames_without_the_person_are_filled_in_and_named(tmp_path):
     assert any("3 of 30 frames" in str(w) for w in clip.warnings)
     turned = clip.motion.rotations.copy()
     turned[2:5, 18] = [1.0, 0.0, 0.0, 0.0]
-    after = rewritten(clip, clip.motion.with_rotations(turned)).data
+    after = patch_clip(clip, clip.motion.with_rotations(turned)).data
     (tmp_path / "x.npz").write_bytes(after)
     again = read_clip(tmp_path / "x.npz")
     assert not again.poses[[2, 4], 54:57].any()
@@ -328,7 +328,7 @@ def test_a_file_without_places_stands_still(tmp_path):
     clip = read_clip(path)
     assert np.ptp(clip.motion.positions, axis=0).max() == 0.0
     moved = replace(clip.motion, positions=clip.motion.positions + 1.0)
-    assert rewritten(clip, moved).data == path.read_bytes()
+    assert patch_clip(clip, moved).data == path.read_bytes()
 
 
 def test_several_persons_whom_nobody_tracked_are_refused(tmp_path):
@@ -341,7 +341,7 @@ def test_a_frame_of_a_video_alone_is_no_clip_of_a_folder(tmp_path):
     files.write_romp(tmp_path / "video_results.npz", files.romp(SHORT))
     frame = next(iter(files.romp(SHORT)["results"].values()))
     files.write_romp(tmp_path / "00000000.npz", {"results": frame})
-    assert [p.name for p in clips_in(tmp_path)] == ["video_results.npz"]
+    assert [p.name for p in clip_paths_in_folder(tmp_path)] == ["video_results.npz"]
     assert read_clip(tmp_path / "00000000.npz").frames == 1  # named itself it is read
 
 

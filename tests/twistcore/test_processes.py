@@ -17,50 +17,57 @@ from tests.twistcore.process_work import dies_once, prints, unsendable, work
 from twistcore.cli import main
 from twistcore.tuning import read_profile
 from twistcore.work import processes
-from twistcore.work.processes import ProcessEndedError, ProcessTimeError, each, reason
+from twistcore.work.processes import (
+    ProcessEndedError,
+    ProcessTimeError,
+    describe_failure,
+    map_in_processes,
+)
 
 
 @pytest.mark.parametrize("workers", [1, 2])
 def test_a_failure_is_an_answer_like_any_other(workers):
     names = ["a", "memory", "bvh", "b", "defect"]
-    found = dict(each(work, names, workers))
+    found = dict(map_in_processes(work, names, workers))
     assert sorted(found) == sorted(names)
     assert (found["a"], found["b"]) == ("A", "B")
-    assert names_in_one_line(reason("m.bvh", found["memory"]), "m.bvh: ", "memory")
-    assert names_in_one_line(reason("x.bvh", found["bvh"]), "x.bvh, line 2: ", "OFFSET")
-    assert reason("d.bvh", found["defect"]) == "d.bvh: ZeroDivisionError: of ours"
+    assert names_in_one_line(describe_failure("m.bvh", found["memory"]), "m.bvh: ", "memory")
+    assert names_in_one_line(describe_failure("x.bvh", found["bvh"]), "x.bvh, line 2: ", "OFFSET")
+    assert describe_failure("d.bvh", found["defect"]) == "d.bvh: ZeroDivisionError: of ours"
 
 
 def test_who_kills_its_process_is_known_and_the_others_go_on():
     names = ["slow 1", "dies 1", "a", "slow 2", "dies 2", *"bcdefg"]
-    found = dict(each(work, names, 2))
+    found = dict(map_in_processes(work, names, 2))
     assert sorted(found) == sorted(names)
     for name, result in found.items():
         if name.startswith("dies"):
             assert isinstance(result, ProcessEndedError)
-            assert names_in_one_line(reason(name, result), str(name))
+            assert names_in_one_line(describe_failure(name, result), str(name))
         else:
             assert result == name.upper()
 
 
 def test_a_name_is_tried_once_more_where_its_process_was_killed_by_others(tmp_path):
-    found = dict(each(dies_once, [str(tmp_path / "a"), str(tmp_path / "b")], 1, apart=True))
+    found = dict(
+        map_in_processes(dies_once, [str(tmp_path / "a"), str(tmp_path / "b")], 1, apart=True)
+    )
     assert set(found.values()) == {"well"}
 
 
 def test_who_hangs_is_ended_and_the_others_go_on():
     names = ["a", "hangs", "b", "spins", "slow 1"]
     limits = {"hangs": 0.15, "spins": 0.8}
-    found = dict(each(work, names, 2, seconds=lambda name: limits.get(name, 60.0)))
+    found = dict(map_in_processes(work, names, 2, seconds=lambda name: limits.get(name, 60.0)))
     assert [found[n] for n in ("a", "b", "slow 1")] == ["A", "B", "SLOW 1"]
     assert isinstance(found["hangs"], ProcessTimeError)
-    assert names_in_one_line(reason("x.bvh", found["hangs"]), "x.bvh", "1.5 s")
+    assert names_in_one_line(describe_failure("x.bvh", found["hangs"]), "x.bvh", "1.5 s")
     assert isinstance(found["spins"], ProcessTimeError)
-    assert names_in_one_line(reason("x.bvh", found["spins"]), "x.bvh", "0.8 s")
+    assert names_in_one_line(describe_failure("x.bvh", found["spins"]), "x.bvh", "0.8 s")
 
 
 def test_time_in_which_a_process_only_waits_is_not_counted():
-    found = dict(each(work, ["slow 1"], 1, apart=True, seconds=lambda _: 0.5))
+    found = dict(map_in_processes(work, ["slow 1"], 1, apart=True, seconds=lambda _: 0.5))
     assert found == {"slow 1": "SLOW 1"}
 
 
@@ -78,7 +85,7 @@ def test_without_timers_a_process_looks_at_its_own_time(monkeypatch):
 def test_names_are_taken_as_they_are_needed():
     taken = []
     names = (taken.append(name) or name for name in map(str, range(1000)))
-    results = each(work, names, 2)
+    results = map_in_processes(work, names, 2)
     assert next(results)[1] in ("0", "1")
     time.sleep(0.2)
     assert len(taken) <= 8
@@ -90,27 +97,27 @@ def test_whoever_cannot_name_the_next_is_told():
         yield "a"
         raise KeyError("no more")
 
-    results = each(work, names(), 2)
+    results = map_in_processes(work, names(), 2)
     with pytest.raises(KeyError):
         list(results)
 
 
 def test_what_is_printed_does_not_stand_among_the_answers(capfd):
-    assert list(each(prints, ["a"], 1, apart=True)) == [("a", 1)]
+    assert list(map_in_processes(prints, ["a"], 1, apart=True)) == [("a", 1)]
     assert capfd.readouterr().err == "a\n"
 
 
 def test_a_name_that_cannot_be_sent_is_an_answer(tmp_path):
-    [(_, result)] = each(work, [lambda: 0], 1, apart=True)
+    [(_, result)] = map_in_processes(work, [lambda: 0], 1, apart=True)
     assert isinstance(result, Exception)
-    [(_, result)] = each(unsendable, ["a"], 1, apart=True)
+    [(_, result)] = map_in_processes(unsendable, ["a"], 1, apart=True)
     assert "Defect" in str(result)
 
 
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="Linux")
 def test_whoever_stops_looking_leaves_no_process():
     before = children()
-    results = each(work, ["a", "hangs 1", "hangs 2", "hangs 3"], 2)
+    results = map_in_processes(work, ["a", "hangs 1", "hangs 2", "hangs 3"], 2)
     assert next(results) == ("a", "A")
     assert children() > before
     results.close()  # and waits for nobody: they would take longer than a test may

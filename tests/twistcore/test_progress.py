@@ -8,7 +8,7 @@ from twistcore.detection import DETECTORS
 from twistcore.formats.bvh import parse_bvh
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.signals import signals_of_chains, twist_signals
-from twistcore.work.progress import Cancelled, part
+from twistcore.work.progress import Cancelled, stage_progress
 
 
 def work_on(clip, name):
@@ -53,7 +53,7 @@ def test_work_ends_where_it_is_cancelled(dirty_walk, name):
 
 def test_a_part_tells_its_share_of_the_whole():
     told = []
-    stage = part(told.append, 0.2, 0.6)
+    stage = stage_progress(told.append, 0.2, 0.6)
     for share in (0.0, 0.5, 1.0):
         stage(share)
     assert told == pytest.approx([0.2, 0.4, 0.6])

@@ -14,7 +14,7 @@ from twistcore.analysis.correction.protected_measures import (
     ROLL,
     SHARE,
     TOLERANCE,
-    interval_at_frames,
+    restrict_interval_to_frames,
 )
 from twistcore.analysis.correction.twist_removal import automatic_corrections, refine
 from twistcore.detection import Interval, Kind
@@ -148,6 +148,6 @@ def test_held_frames_are_no_frames_of_their_own(held):
 
 def test_a_correction_of_linear_keys_is_judged_at_the_keys():
     kept = np.arange(0, WALK.frames - 4, 4)
-    keys = interval_at_frames(find("RightArm", 90.0, 40, 81), kept)
+    keys = restrict_interval_to_frames(find("RightArm", 90.0, 40, 81), kept)
     assert (keys.start, keys.stop, len(keys.offset)) == (10, 21, 11)
-    assert not interval_at_frames(find("RightArm", 90.0, 41, 43), kept).frames
+    assert not restrict_interval_to_frames(find("RightArm", 90.0, 41, 43), kept).frames

@@ -10,7 +10,7 @@ from scipy.signal import butter, sosfiltfilt
 from tests.conftest import ASSETS
 from tests.tiers import parametrize
 from twistcore.cli import main
-from twistcore.detection.lone_jumps import own_axis
+from twistcore.detection.lone_jumps import own_bone_axis
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh, write_motion
 from twistcore.skeleton.chain import Chain, find_chains
@@ -23,28 +23,28 @@ from twistcore.skeleton.rotation import (
     rotate,
     twist_angle,
 )
-from twistcore.study.benchmark.clip_run import BenchmarkSettings, run_clip
-from twistcore.study.benchmark.clip_scene import make_scene
+from twistcore.study.benchmark.clip_run import BenchmarkSettings, run_clip_benchmark
+from twistcore.study.benchmark.clip_scene import make_clean_scene
 from twistcore.study.benchmark.markdown import benchmark_to_markdown
-from twistcore.study.benchmark.passes import run_item
+from twistcore.study.benchmark.passes import run_benchmark_passes
 from twistcore.study.benchmark.runner import BenchmarkSummary
-from twistcore.study.benchmark.tables import make_rows
-from twistcore.study.benchmark.tally import Tally, error_tally
-from twistcore.study.evaluation import measure_clip, summarise
+from twistcore.study.benchmark.tables import benchmark_rows
+from twistcore.study.benchmark.tally import Tally, tally_error_angles
+from twistcore.study.evaluation import measure_corrected_clip, summarise_samples
 from twistcore.synthesis import (
     InjectedError,
     Truth,
+    clip_random_generator,
     draw_errors,
     draw_targets,
-    generator,
     inject,
     parse_protocol,
     read_truth,
     write_truth,
 )
 from twistcore.synthesis.injection import LEAST
-from twistcore.synthesis.offset_shape import aligned_spells, offset_over_time
-from twistcore.synthesis.protocol import PROTOCOLS, chain_increments
+from twistcore.synthesis.offset_shape import aligned_bone_spans, injected_offset_over_time
+from twistcore.synthesis.protocol import PROTOCOLS, chain_twist_increments
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion
 CHAINS = find_chains(WALK)
@@ -98,7 +98,7 @@ BEFORE = {
 
 def drawn(name, seed=7):
     """Errors as `inject` draws them."""
-    protocol, rng = parse_protocol(name), generator(seed, "walk.bvh")
+    protocol, rng = parse_protocol(name), clip_random_generator(seed, "walk.bvh")
     return draw_errors(WALK, draw_targets(CHAINS, rng, protocol), rng, protocol)
 
 
@@ -109,7 +109,7 @@ def every(name, seeds=6):
         for seed in range(seeds)
         for k, chain in enumerate(CHAINS)
         for error in draw_errors(
-            WALK, [chain], generator(seed, "walk.bvh", k), parse_protocol(name)
+            WALK, [chain], clip_random_generator(seed, "walk.bvh", k), parse_protocol(name)
         )
     ]
 
@@ -158,7 +158,9 @@ def test_ramps_lie_inside_of_the_interval_on_both_sides(name):
 @pytest.mark.parametrize("name", FILTERED)
 def test_filtered_offsets_are_levels_through_a_zero_phase_butterworth(name, fps):
     protocol, length, around = parse_protocol(name), 17, 2000
-    offset = offset_over_time(1.0, length, True, True, np.random.default_rng(1), protocol, fps)
+    offset = injected_offset_over_time(
+        1.0, length, True, True, np.random.default_rng(1), protocol, fps
+    )
     level = np.zeros(length + 2 * around)
     level[around:-around] = 1.0
     expected = sosfiltfilt(butter(2, int(name[1:]), fs=fps, output="sos"), level)
@@ -201,7 +203,8 @@ def test_the_child_turns_back_by_a_share_only(name, share):
     np.testing.assert_allclose(error.leak, (1.0 - share) * error.offset)
     dirty = inject(WALK, CHAINS, [error])
     x, y = (
-        b - a for a, b in zip(*(chain_increments(m, chain) for m in (WALK, dirty)), strict=True)
+        b - a
+        for a, b in zip(*(chain_twist_increments(m, chain) for m in (WALK, dirty)), strict=True)
     )
     full = np.zeros(WALK.frames)
     full[error.start : error.stop] = error.offset
@@ -250,7 +253,7 @@ def test_five_chains_go_wrong_in_the_same_frames_and_turn_no_joint_of_each_other
         places = {c.name: [(e.start, e.stop) for e in errors if e.chain == c.name] for c in chains}
         assert len({tuple(p) for p in places.values()}) == 1
         assert len({round(size(e), 6) for e in errors}) == len(errors)
-    scene = make_scene("walk.bvh", WALK, parse_protocol("M5"))
+    scene = make_clean_scene("walk.bvh", WALK, parse_protocol("M5"))
     assert [targets[0].name for _, targets in scene.passes()] == [c.name for c in CHAINS]
     assert {len(targets) for _, targets in scene.passes()} == {5}
 
@@ -261,7 +264,7 @@ def test_over_a_gap_the_twist_is_held_or_goes_on_evenly(name):
     assert {c.name for c, _ in errors} >= {"LeftArm", "RightUpLeg"}
     for chain, error in errors[::7]:
         before, after = (
-            chain_increments(m, chain)[0] for m in (WALK, inject(WALK, CHAINS, [error]))
+            chain_twist_increments(m, chain)[0] for m in (WALK, inject(WALK, CHAINS, [error]))
         )
         inside = after[error.start + 1 : error.stop]
         assert np.abs(inside - (0.0 if name == "GH" else inside[0])).max() < 1e-9
@@ -291,7 +294,7 @@ def test_straight_limbs_are_wrong_where_they_are_straight():
             level = np.isclose(np.abs(error.offset), np.abs(error.offset).max())
             ramp = int(level.argmax())
             assert error.start == 1 or 8 <= ramp <= 16
-    targets = make_scene("walk.bvh", WALK, parse_protocol("SL")).targets
+    targets = make_clean_scene("walk.bvh", WALK, parse_protocol("SL")).targets
     assert {c.segment for c in targets} == {"Arm", "UpLeg"}
 
 
@@ -345,34 +348,36 @@ def test_an_offset_below_half_a_degree_is_neither_wrong_nor_clean():
     truth = Truth(
         "walk", "P0", 1, WALK.frames, WALK.fps, (InjectedError(chain.name, 50, 57, offset),)
     )
-    untouched = measure_clip(truth, WALK, inject(WALK, CHAINS, truth.errors), CHAINS)
+    untouched = measure_corrected_clip(truth, WALK, inject(WALK, CHAINS, truth.errors), CHAINS)
     np.testing.assert_allclose(
         np.degrees(untouched.errors[0].before), [0.51, 30.0, 0.51], atol=1e-6
     )
-    whole = measure_clip(Truth("walk", "H10", 1, WALK.frames, WALK.fps, ()), WALK, WALK, CHAINS)
+    whole = measure_corrected_clip(
+        Truth("walk", "H10", 1, WALK.frames, WALK.fps, ()), WALK, WALK, CHAINS
+    )
     turned = len(chain.changed_joints(WALK.skeleton))
     assert len(whole.clean_change) - len(untouched.clean_change) == 7 * turned
-    repaired = measure_clip(truth, WALK, WALK, CHAINS)
+    repaired = measure_corrected_clip(truth, WALK, WALK, CHAINS)
     assert repaired.errors[0].after.max() < 1e-9
     assert repaired.clean_change.max() < 1e-9
 
 
 def test_what_comes_out_worse_is_counted():
     before, after = np.radians([[10.0, 10.0, 10.0, 1.0], [10.4, 10.6, 0.0, 60.0]])
-    tally = error_tally(before, after)
+    tally = tally_error_angles(before, after)
     assert (tally.frames, tally.repaired, tally.worse) == (4, 1, 2)
 
 
 @pytest.mark.thorough
 def test_the_benchmark_tells_of_new_rows_and_of_what_came_out_worse():
     settings = BenchmarkSettings(("R8", "GI", "SL"), ("unroll", "pca", "slerp-oracle"), (1,))
-    result = run_clip(ASSETS / "walk.bvh", "walk.bvh", settings)
+    result = run_clip_benchmark(ASSETS / "walk.bvh", "walk.bvh", settings)
     assert not result.problems
     summary = BenchmarkSummary()
     summary.add(result)
     rows = {
         (r.protocol, r.method): r.to_json()
-        for r in make_rows(summary, settings)
+        for r in benchmark_rows(summary, settings)
         if (r.side, r.segment, r.audited) == ("", "Overall", False)
     }
     for name in settings.protocols:
@@ -417,8 +422,8 @@ def test_spells_in_line_begin_and_end_with_their_own_frames(straight, wanted, fi
     q[:, 2] = quaternion_from_axis_angle(y, bend)
     motion = Motion(skeleton, q, (0,), np.zeros((50, 1, 3)), 1 / 20)
     later = [(max(start, first), stop) for start, stop in wanted]
-    assert list(aligned_spells(motion, Chain("B", 1, 2, 3, x, x), first)) == later
-    assert list(aligned_spells(motion, Chain("B", 1, 2, -1, x, x), first)) == []
+    assert list(aligned_bone_spans(motion, Chain("B", 1, 2, 3, x, x), first)) == later
+    assert list(aligned_bone_spans(motion, Chain("B", 1, 2, -1, x, x), first)) == []
 
 
 # -- errors of a single joint ----------------------------------------------------------------------
@@ -427,13 +432,15 @@ def test_spells_in_line_begin_and_end_with_their_own_frames(straight, wanted, fi
 @pytest.mark.parametrize(("name", "about"), [("STR", 1.0), ("SP", 0.0)])
 def test_an_error_of_a_single_joint_turns_only_a_foot_or_a_hand(name, about):
     """A stretch turns it about its bone, and a spike about an axis across the bone."""
-    scene = make_scene("walk.bvh", WALK, parse_protocol(name))
+    scene = make_clean_scene("walk.bvh", WALK, parse_protocol(name))
     names = WALK.skeleton.names
     assert {names[c.child] for c in scene.targets} == {
         "LeftFoot", "RightFoot", "LeftHand", "RightHand",
     }  # fmt: skip
     for chain in scene.targets:
-        errors = draw_errors(scene.motion, [chain], generator(3, "walk"), scene.protocol)
+        errors = draw_errors(
+            scene.motion, [chain], clip_random_generator(3, "walk"), scene.protocol
+        )
         assert errors
         assert name == "SP" or len(errors) == 1
         dirty = inject(scene.motion, [chain], errors)
@@ -445,26 +452,28 @@ def test_an_error_of_a_single_joint_turns_only_a_foot_or_a_hand(name, about):
             )
             turn = geodesic_angle(before, after)
             np.testing.assert_allclose(turn, np.abs(error.offset), atol=1e-9)
-            axis = own_axis(WALK.skeleton, chain.child)
+            axis = own_bone_axis(WALK.skeleton, chain.child)
             rolled = np.abs(twist_angle(multiply(conjugate(before), after), axis))
             np.testing.assert_allclose(rolled, about * turn, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", ["STR", "SP"])
 def test_errors_of_a_single_joint_are_measured_as_if_all_findings_were_accepted(name):
-    scene = make_scene("walk.bvh", WALK, parse_protocol(name))
-    total = sum(run_item(scene, "consistency", 1).values(), Tally())
+    scene = make_clean_scene("walk.bvh", WALK, parse_protocol(name))
+    total = sum(run_benchmark_passes(scene, "consistency", 1).values(), Tally())
     assert (total.matched, total.found) == (total.truths, total.truths)
     assert total.repaired >= 0.9 * total.frames > 0
     assert total.damaged == 0
-    nothing = sum(run_item(scene, "unroll", 1).values(), Tally())
+    nothing = sum(run_benchmark_passes(scene, "unroll", 1).values(), Tally())
     assert (nothing.frames, nothing.repaired) == (total.frames, 0)
 
 
 @pytest.mark.parametrize("name", ["STR", "SP"])
 def test_a_truth_with_errors_of_a_single_joint_is_read_back(tmp_path, name):
-    scene = make_scene("walk.bvh", WALK, parse_protocol(name))
-    errors = draw_errors(scene.motion, scene.targets, generator(3, "walk"), scene.protocol)
+    scene = make_clean_scene("walk.bvh", WALK, parse_protocol(name))
+    errors = draw_errors(
+        scene.motion, scene.targets, clip_random_generator(3, "walk"), scene.protocol
+    )
     truth = Truth("walk.bvh", name, 3, scene.motion.frames, WALK.fps, errors)
     path = tmp_path / "truth.json"
     write_truth(path, truth)
@@ -473,9 +482,13 @@ def test_a_truth_with_errors_of_a_single_joint_is_read_back(tmp_path, name):
         (scene.protocol.single, True, e.start) for e in errors
     ]
     dirty = inject(scene.motion, scene.chains, again.errors)
-    untouched = summarise([measure_clip(again, scene.motion, dirty, scene.chains)])
+    untouched = summarise_samples(
+        [measure_corrected_clip(again, scene.motion, dirty, scene.chains)]
+    )
     assert (untouched.overall.fsr_percent, untouched.damage_share) == (0.0, 0.0)
-    perfect = summarise([measure_clip(again, scene.motion, scene.motion, scene.chains)])
+    perfect = summarise_samples(
+        [measure_corrected_clip(again, scene.motion, scene.motion, scene.chains)]
+    )
     assert perfect.overall.fsr_percent == 100.0
     path.write_text(path.read_text("utf-8").replace('"carried": true', '"carried": false'))
     with pytest.raises(TwistError, match="carried"):

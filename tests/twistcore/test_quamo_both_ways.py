@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from tests.messages import names_in_one_line
 from tests.tiers import examples
 from twistcore.quamo import Gains, HandGains, check_stability, track, track_both_ways
-from twistcore.quamo.both_ways import half_way
+from twistcore.quamo.both_ways import halfway_rotations
 from twistcore.quamo.network import read_network
 from twistcore.quamo.state_space import FIRST_ORDER
-from twistcore.quamo.track_clip import placed_joint, track_by_hand
-from twistcore.quamo.tracker import LOST_AFTER, apart_sentence, snap_sentences
-from twistcore.quamo.weights import weights_file
+from twistcore.quamo.track_clip import find_figure_position_joint, track_with_hand_gains
+from twistcore.quamo.tracker import LOST_AFTER, describe_diverging_passes, describe_joint_resets
+from twistcore.quamo.weights import default_network_path
 from twistcore.skeleton.rotation import (
     exponential,
     geodesic_angle,
@@ -71,7 +71,7 @@ def test_the_two_passes_are_the_causal_tracker_bit_for_bit(seed, dt, integration
     ahead = track(q, r, dt, own, integration=integration)
     back = track(q[::-1], r[::-1], dt, own, integration=integration)
     both = track_both_ways(q, r, dt, own, integration=integration)
-    assert (both.q == half_way(ahead.q, back.q[::-1])).all()
+    assert (both.q == halfway_rotations(ahead.q, back.q[::-1])).all()
     assert (both.r == 0.5 * (ahead.r + back.r[::-1])).all()
     assert (both.snapped == (ahead.snapped | back.snapped[::-1])).all()
 
@@ -81,12 +81,12 @@ def test_half_way_lies_between_on_the_shorter_arc_whatever_the_signs(seed, size)
     rng = np.random.default_rng(seed)
     a = normalise(rng.standard_normal((50, 4)))
     b = multiply(exponential(size * 6.0 * rng.standard_normal((50, 3))), a)
-    middle = half_way(a, b)
+    middle = halfway_rotations(a, b)
     apart = geodesic_angle(a, b)
     assert geodesic_angle(a, middle) == pytest.approx(0.5 * apart, abs=1e-7)
     assert geodesic_angle(middle, b) == pytest.approx(0.5 * apart, abs=1e-7)
-    assert same_rotations(middle, half_way(-a, b)) == 0.0
-    assert same_rotations(middle, half_way(b, a)) == 0.0
+    assert same_rotations(middle, halfway_rotations(-a, b)) == 0.0
+    assert same_rotations(middle, halfway_rotations(b, a)) == 0.0
     assert np.abs(np.linalg.norm(middle, axis=-1) - 1.0).max() < 1e-12
 
 
@@ -140,7 +140,7 @@ def test_a_joint_that_lost_the_input_in_either_pass_is_flagged():
     found = track_both_ways(q, np.zeros((60, 3)), 1.0 / 120.0, weak)
     expected = [[30 - LOST_AFTER, 1], [30 + LOST_AFTER - 1, 1]]
     assert np.argwhere(found.snapped).tolist() == expected
-    (said,) = snap_sentences(found.snapped, ("a", "b"), causal=False)
+    (said,) = describe_joint_resets(found.snapped, ("a", "b"), causal=False)
     assert names_in_one_line(said, "b ", "90°")
 
 
@@ -154,10 +154,10 @@ def test_where_the_passes_lie_far_apart_is_flagged_and_said():
     assert len(at)
     assert not found.apart[:, 1].any()
     assert one.apart is None
-    said = apart_sentence(found.apart, ("a", "b"))
+    said = describe_diverging_passes(found.apart, ("a", "b"))
     assert names_in_one_line(said, "90°", f"frames {at[0]}–{at[-1] + 1}")
-    assert apart_sentence(found.apart[:, 1:], ("b",)) == ""
-    assert "3 more" in apart_sentence(found.apart[:, [0] * 9], "abcdefghi")
+    assert describe_diverging_passes(found.apart[:, 1:], ("b",)) == ""
+    assert "3 more" in describe_diverging_passes(found.apart[:, [0] * 9], "abcdefghi")
 
 
 def test_steps_are_those_of_each_direction_in_the_order_of_the_frames():
@@ -177,18 +177,18 @@ def test_steps_are_those_of_each_direction_in_the_order_of_the_frames():
 
 
 def test_learned_gains_go_both_ways_as_well(dirty_walk):
-    from twistcore.quamo.topology import CMU_UNIT, find_topology
+    from twistcore.quamo.topology import CMU_UNIT, find_network_joints
 
     motion = dirty_walk.motion.sliced(1, 301)
-    q = find_topology(motion.skeleton).reduced(motion.rotations)[::5]
+    q = find_network_joints(motion.skeleton).reduced(motion.rotations)[::5]
     r = CMU_UNIT * motion.translation(0)[::5]
-    network = read_network(weights_file())
+    network = read_network(default_network_path())
     found = track_both_ways(q, r, 0.04, network.started(q, r), keep_steps=True)
     back = track_both_ways(q[::-1], r[::-1], 0.04, network.started(q[::-1], r[::-1]))
     assert same_rotations(found.q, back.q[::-1]) < 1e-5  # its gains are of single precision
     alone = track(q, r, 0.04, network.started(q, r))
     behind = track(q[::-1], r[::-1], 0.04, network.started(q[::-1], r[::-1]))
-    assert same_rotations(found.q, half_way(alone.q, behind.q[::-1])) < 1e-5
+    assert same_rotations(found.q, halfway_rotations(alone.q, behind.q[::-1])) < 1e-5
     assert found.steps[5].gains.kp.shape == (24, 3)
 
 
@@ -196,14 +196,21 @@ def test_the_place_is_that_of_the_topmost_joint_that_moves(dirty_walk):
     motion = dirty_walk.motion.sliced(1, 60)
     hips = motion.translation(0)
     still = np.broadcast_to(hips[:1], hips.shape)
-    assert placed_joint(motion) == 0
+    assert find_figure_position_joint(motion) == 0
     back = motion.skeleton.index("LowerBack")  # 20 of 31 joints hang on it
     below = replace(motion, positioned=(0, back), positions=np.stack([still, hips], axis=1))
-    assert placed_joint(below) == back
-    found = track_by_hand(below, np.zeros(0, dtype=np.int64), causal=False, place=True).motion
+    assert find_figure_position_joint(below) == back
+    found = track_with_hand_gains(
+        below, np.zeros(0, dtype=np.int64), causal=False, place=True
+    ).motion
     assert (found.positions[:, 0] == still).all()
     expected = track_both_ways(np.zeros((59, 0, 4)), hips, motion.frame_time, HandGains()).r
     assert np.abs(found.positions[:, 1] - expected).max() < 0.01
     assert np.abs(found.positions[:, 1] - hips).max() > 1e-4
-    assert placed_joint(replace(below, positions=np.stack([still, still], axis=1))) == 0
-    assert placed_joint(replace(motion, positioned=(), positions=np.zeros((59, 0, 3)))) is None
+    assert (
+        find_figure_position_joint(replace(below, positions=np.stack([still, still], axis=1))) == 0
+    )
+    assert (
+        find_figure_position_joint(replace(motion, positioned=(), positions=np.zeros((59, 0, 3))))
+        is None
+    )

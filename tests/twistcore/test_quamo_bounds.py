@@ -4,7 +4,7 @@ import numpy as np
 
 from benchmarks.quamo_fits import LeaveOneOut, PathFilter, foot_steps, known_way
 from tests.conftest import ASSETS
-from twistcore.analysis.quality.figure import in_contact
+from twistcore.analysis.quality.figure import foot_contact_mask
 from twistcore.study.quamo.noise import LEVELS, SMOOTH_SECONDS, Noise
 from twistcore.study.quamo.pose_errors import pose_metrics
 from twistcore.study.quamo.sequences import read_sequence
@@ -57,7 +57,7 @@ def test_the_known_way_is_the_generalised_mean_of_what_was_seen() -> None:
 
 def test_feet_on_the_ground_tell_most_of_the_way_in_a_walk() -> None:
     clip = CLIPS[0]
-    contact = in_contact(clip.places_mm(clip.q, clip.r))
+    contact = foot_contact_mask(clip.places_mm(clip.q, clip.r))
     stood = (contact[1:] & contact[:-1]).any(axis=1)
     told = np.diff(foot_steps(True, True)(clip, clip.q, clip.r), axis=0)[stood]
     gone = np.diff(clip.r, axis=0)[stood]

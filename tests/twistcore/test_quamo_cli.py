@@ -16,10 +16,10 @@ from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
 from twistcore.quamo import Gains, HandGains, Stepper, track, track_both_ways
 from twistcore.quamo.bursts import noisy_spans
-from twistcore.quamo.network import untrained, write_network
-from twistcore.quamo.response import overshoots, steady_lags
+from twistcore.quamo.network import untrained_network, write_network
+from twistcore.quamo.response import steady_tracking_lags, tracking_overshoots
 from twistcore.quamo.track_clip import smooth_clip
-from twistcore.quamo.weights import weights_name
+from twistcore.quamo.weights import network_weights_name
 from twistcore.skeleton.rotation import geodesic_angle
 from twistcore.study.quamo.bars import BoundCheck
 from twistcore.study.quamo.sequences import read_sequence
@@ -35,8 +35,8 @@ def run_quamo(capsys, *words):
 @pytest.fixture
 def weights(tmp_path):
     for subject in ("none", "05", "06"):
-        network = untrained(8, 4, np.random.default_rng(0), "full")
-        write_network(network, tmp_path / weights_name("full", subject))
+        network = untrained_network(8, 4, np.random.default_rng(0), "full")
+        write_network(network, tmp_path / network_weights_name("full", subject))
     return tmp_path
 
 
@@ -129,7 +129,10 @@ def test_the_causal_way_says_what_it_does_not_do_and_the_other_what_it_needs(cap
     run_quamo(capsys, "refine", WALK, "-o", out)
     before, after = read_bvh(WALK), read_bvh(out)
     dt = before.frame_time
-    late, over = steady_lags(Gains.by_hand(dt), dt), overshoots(Gains.by_hand(dt), dt)
+    late, over = (
+        steady_tracking_lags(Gains.by_hand(dt), dt),
+        tracking_overshoots(Gains.by_hand(dt), dt),
+    )
     assert late == pytest.approx((0.0140, 0.0184), abs=1e-4)
     assert over == pytest.approx((0.191, 0.207), abs=1e-3)
     assert len(before.values) == len(after.values)
@@ -301,7 +304,7 @@ def test_the_source_is_never_overwritten(capsys):
 
 def test_learned_gains_run_at_25_hz_and_carry_the_correction_back(capsys, weights, tmp_path):
     out = tmp_path / "out.bvh"
-    file = weights / weights_name("full", "none")
+    file = weights / network_weights_name("full", "none")
     code, told, _ = run_quamo(
         capsys, "refine", DANCE, "-o", out, "--gains", "learned", "--weights", file
     )
@@ -319,13 +322,13 @@ def test_learned_gains_run_at_25_hz_and_carry_the_correction_back(capsys, weight
 
 
 def test_learned_gains_wait_for_one_sample_of_25_hz_and_no_more(walk):
-    from twistcore.quamo.track_clip import chosen_joints, track_learned
+    from twistcore.quamo.track_clip import select_writable_joints, track_with_network
 
-    network = untrained(8, 4, np.random.default_rng(0), "full")
-    motion, joints = walk.motion, chosen_joints(walk.skeleton, None)
-    whole = track_learned(motion, joints, network).motion.rotations
+    network = untrained_network(8, 4, np.random.default_rng(0), "full")
+    motion, joints = walk.motion, select_writable_joints(walk.skeleton, None)
+    whole = track_with_network(motion, joints, network).motion.rotations
     frames = 200
-    part = track_learned(motion.sliced(0, frames), joints, network).motion.rotations
+    part = track_with_network(motion.sliced(0, frames), joints, network).motion.rotations
     lag = 5  # native frames in one sample, rounded up
     settled = frames - 1 - 2 * lag
     assert np.degrees(geodesic_angle(part[:settled], whole[:settled])).max() < 1e-5

@@ -6,23 +6,27 @@ from scipy.spatial.transform import Rotation
 
 from tests.conftest import ASSETS
 from tests.tiers import parametrize
-from twistcore.analysis.quality.figure import foot_slide, in_contact, quality_of_positions
+from twistcore.analysis.quality.figure import foot_contact_mask, foot_slide, quality_of_positions
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import parse_bvh
 from twistcore.formats.bvh.compose import bvh_text
 from twistcore.quamo.pose_files import PosesError
 from twistcore.quamo.poses_clip import read_poses
-from twistcore.quamo.resample import corrected, resampled, sample_times
+from twistcore.quamo.resample import (
+    apply_sample_corrections,
+    interpolate_poses_at_times,
+    network_sample_times,
+)
 from twistcore.quamo.topology import (
     ANKLES,
     CMU_UNIT,
     MIRROR,
     PARENTS,
     TOES,
-    find_topology,
+    find_network_joints,
+    make_smpl_skeleton,
     metres_per_unit,
-    places_24,
-    skeleton_24,
+    smpl_joint_positions,
 )
 from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import (
@@ -33,10 +37,10 @@ from twistcore.skeleton.rotation import (
     quaternion_from_axis_angle,
     slerp,
 )
-from twistcore.study.quamo.noise import LEVELS, Noise, add_noise, wandering
+from twistcore.study.quamo.noise import LEVELS, Noise, add_pose_noise, gaussian_smoothed_noise
 from twistcore.study.quamo.pose_errors import pose_metrics, procrustes
-from twistcore.study.quamo.rivals import constant_offset, mean_offset
-from twistcore.study.quamo.sequences import read_folder, read_sequence
+from twistcore.study.quamo.rivals import add_constant_rotation_offset, mean_rotation_offset
+from twistcore.study.quamo.sequences import read_sequence, read_sequence_folder
 
 
 @pytest.fixture(scope="module")
@@ -85,12 +89,12 @@ def test_foot_slide_counts_feet_on_the_ground_that_move_20_mm():
     left, right = (ANKLES[0], TOES[0]), (ANKLES[1], TOES[1])
     places[5:, left, 0] = 20.0  # one slide of exactly 20 mm
     places[7:, right, 2] = 19.9  # too small
-    contact = in_contact(places)
+    contact = foot_contact_mask(places)
     assert contact.all()
     assert foot_slide(places, contact) == pytest.approx(10.0)
     lifted = places.copy()
     lifted[5:, left, 1] = 100.0
-    assert foot_slide(lifted, in_contact(lifted)) == 0.0
+    assert foot_slide(lifted, foot_contact_mask(lifted)) == 0.0
 
 
 def test_quality_needs_no_truth():
@@ -103,7 +107,7 @@ def test_quality_needs_no_truth():
 
 
 def test_wandering_noise_has_unit_size_and_its_time_scale():
-    x = wandering(4000, (40,), np.random.default_rng(0), 0.04)
+    x = gaussian_smoothed_noise(4000, (40,), np.random.default_rng(0), 0.04)
     assert x.std() == pytest.approx(1.0, abs=0.05)
     lag = 19  # 0.75 s: the correlation of a Gaussian kernel with itself at σ is e^(−1/4)
     assert (x[lag:] * x[:-lag]).mean() == pytest.approx(np.exp(-0.25), abs=0.06)
@@ -118,12 +122,12 @@ def test_noise_is_calibrated_and_seeded(level, mpjpe, accel, systematic):
         truth = s.places_mm(s.q, s.r)
         for seed in range(8):
             noise = Noise(LEVELS[level], systematic)
-            q, r = add_noise(s.q, s.r, noise, np.random.default_rng(seed))
+            q, r = add_pose_noise(s.q, s.r, noise, np.random.default_rng(seed))
             e = pose_metrics(s.places_mm(q, r), truth)
             found.append((e.mpjpe, e.accel))
-    again = add_noise(s.q, s.r, noise, np.random.default_rng(7))
+    again = add_pose_noise(s.q, s.r, noise, np.random.default_rng(7))
     assert (again[0] == q).all()
-    assert (add_noise(s.q, s.r, noise, np.random.default_rng(8))[0] != q).any()
+    assert (add_pose_noise(s.q, s.r, noise, np.random.default_rng(8))[0] != q).any()
     mean = np.mean(found, axis=0)
     assert mean[0] == pytest.approx(mpjpe, rel=0.12)
     assert mean[1] == pytest.approx(accel, rel=0.15)
@@ -133,15 +137,15 @@ def test_the_systematic_part_stands_still_and_is_redrawn(dance):
     means = []
     for seed in range(2):
         noise = Noise(LEVELS["A"], systematic=True)
-        q, _ = add_noise(dance.q, dance.r, noise, np.random.default_rng(seed))
-        means.append(mean_offset([(q, dance.q)]))
+        q, _ = add_pose_noise(dance.q, dance.r, noise, np.random.default_rng(seed))
+        means.append(mean_rotation_offset([(q, dance.q)]))
     assert np.degrees(np.abs(means[0])).mean() > 1.0
     assert abs(np.corrcoef(means[0].ravel(), means[1].ravel())[0, 1]) < 0.5
 
 
 def test_bursts_freeze_a_limb(dance):
-    q, _ = add_noise(dance.q, dance.r, Noise(LEVELS["B"]), np.random.default_rng(3))
-    frozen, _ = add_noise(
+    q, _ = add_pose_noise(dance.q, dance.r, Noise(LEVELS["B"]), np.random.default_rng(3))
+    frozen, _ = add_pose_noise(
         dance.q, dance.r, Noise(LEVELS["B"], bursts=60.0), np.random.default_rng(3)
     )
     assert ((np.diff(frozen, axis=0) == 0.0).all(axis=2)).sum() > 5
@@ -149,9 +153,11 @@ def test_bursts_freeze_a_limb(dance):
 
 
 def test_the_24_joints_of_a_clip_stand_where_the_clip_has_them(walk):
-    topology = find_topology(walk.skeleton)
+    topology = find_network_joints(walk.skeleton)
     motion = walk.motion.sliced(1, 60)
-    places = places_24(topology.offsets, topology.reduced(motion.rotations), motion.positions[:, 0])
+    places = smpl_joint_positions(
+        topology.offsets, topology.reduced(motion.rotations), motion.positions[:, 0]
+    )
     theirs = forward_kinematics(motion)[1][:, topology.joints]
     # Joints below a folded one: it is held at rest where it carries them.
     below_folded = [15, 22, 23]
@@ -161,7 +167,7 @@ def test_the_24_joints_of_a_clip_stand_where_the_clip_has_them(walk):
     assert away < 0.02 * walk.skeleton.height
     again = forward_kinematics(
         Motion(
-            skeleton_24(topology.offsets),
+            make_smpl_skeleton(topology.offsets),
             topology.reduced(motion.rotations),
             (0,),
             motion.positions[:, :1],
@@ -172,7 +178,7 @@ def test_the_24_joints_of_a_clip_stand_where_the_clip_has_them(walk):
 
 
 def test_reduced_and_restored_are_inverse(walk):
-    topology = find_topology(walk.skeleton)
+    topology = find_network_joints(walk.skeleton)
     rotations = walk.motion.rotations[:50]
     back = topology.restored(topology.reduced(rotations), rotations)
     assert geodesic_angle(back, rotations).max() < 1e-7
@@ -193,16 +199,16 @@ def test_a_skeleton_without_the_24_joints_is_refused_and_units_are_asked_for(wal
         ASSETS / "small.bvh",
     ).skeleton
     with pytest.raises(TwistError, match="24 joints"):
-        find_topology(small)
+        find_network_joints(small)
     with pytest.raises(TwistError, match="--unit"):
         metres_per_unit(small)
 
 
 def test_slerp_is_scipys_and_samples_are_those_of_25_hz(walk):
     q = walk.motion.rotations[:, 18]
-    times = sample_times(len(q), 1.0 / 120.0)
+    times = network_sample_times(len(q), 1.0 / 120.0)
     assert np.diff(times) == pytest.approx(4.8)
-    ours = resampled(q[:, None], np.zeros((len(q), 3)), times)[0][:, 0]
+    ours = interpolate_poses_at_times(q[:, None], np.zeros((len(q), 3)), times)[0][:, 0]
     from scipy.spatial.transform import Slerp
 
     theirs = Slerp(np.arange(len(q)), Rotation.from_quat(q, scalar_first=True))(times)
@@ -213,24 +219,26 @@ def test_slerp_is_scipys_and_samples_are_those_of_25_hz(walk):
 
 def test_no_correction_carried_back_changes_nothing_and_a_constant_one_all(walk):
     q, r = walk.motion.rotations, walk.motion.positions[:, 0]
-    times = sample_times(len(q), walk.motion.frame_time)
-    q_in, r_in = resampled(q, r, times)
-    same = corrected(q, r, times, q_in, r_in, q_in, r_in)
+    times = network_sample_times(len(q), walk.motion.frame_time)
+    q_in, r_in = interpolate_poses_at_times(q, r, times)
+    same = apply_sample_corrections(q, r, times, q_in, r_in, q_in, r_in)
     assert geodesic_angle(same[0], q).max() < 1e-7
     assert same[1] == pytest.approx(r)
     offset = np.full((q.shape[1], 3), 0.1)
-    turned = corrected(q, r, times, q_in, r_in, constant_offset(q_in, offset), r_in + 2.0)
-    assert geodesic_angle(turned[0], constant_offset(q, offset)).max() < 1e-7
+    turned = apply_sample_corrections(
+        q, r, times, q_in, r_in, add_constant_rotation_offset(q_in, offset), r_in + 2.0
+    )
+    assert geodesic_angle(turned[0], add_constant_rotation_offset(q, offset)).max() < 1e-7
     assert turned[1] == pytest.approx(r + 2.0)
 
 
 def test_a_folder_without_clips_is_refused(tmp_path):
     with pytest.raises(TwistError, match="BVH"):
-        read_folder(tmp_path)
+        read_sequence_folder(tmp_path)
 
 
 def test_composed_bvh_reads_back_as_the_same_motion(dance):
-    motion = Motion(skeleton_24(dance.offsets), dance.q, (0,), dance.r[:, None], 0.04)
+    motion = Motion(make_smpl_skeleton(dance.offsets), dance.q, (0,), dance.r[:, None], 0.04)
     clip = parse_bvh(bvh_text(motion).encode(), ASSETS / "new.bvh")
     assert clip.warnings == ()
     assert clip.motion.frame_time == pytest.approx(0.04)
@@ -252,7 +260,7 @@ def write_poses(path, sequence, **changes):
 
 def test_poses_from_npz_are_the_clip_they_were_made_of(dance, tmp_path):
     clip = read_poses(write_poses(tmp_path / "a.npz", dance), up="y")
-    topology = find_topology(clip.skeleton)
+    topology = find_network_joints(clip.skeleton)
     found = topology.reduced(clip.motion.rotations)
     assert np.degrees(geodesic_angle(found, dance.q)).max() < 1e-3
     assert clip.motion.positions[:, 0] == pytest.approx(dance.r + dance.offsets[0], abs=1e-5)
@@ -261,7 +269,7 @@ def test_poses_from_npz_are_the_clip_they_were_made_of(dance, tmp_path):
         up="y",
         template=ASSETS / "dance.bvh",
     )
-    offsets = find_topology(from_template.skeleton).offsets
+    offsets = find_network_joints(from_template.skeleton).offsets
     assert offsets == pytest.approx(dance.offsets, abs=1e-5)
 
 
@@ -275,7 +283,7 @@ def test_z_up_is_turned_upright_and_52_joints_keep_the_body(dance, tmp_path):
     poses[:, :66] = logarithm(q[:, :22]).reshape(len(q), 66)
     path = write_poses(tmp_path / "a.npz", dance, poses=poses, trans=rotate(turn, dance.r))
     clip = read_poses(path)
-    found = find_topology(clip.skeleton).reduced(clip.motion.rotations)
+    found = find_network_joints(clip.skeleton).reduced(clip.motion.rotations)
     assert np.degrees(geodesic_angle(found[:, :22], dance.q[:, :22])).max() < 1e-3
     assert clip.motion.positions[:, 0] == pytest.approx(dance.r + dance.offsets[0], abs=1e-5)
 
@@ -316,5 +324,7 @@ def test_nan_and_files_that_are_no_npz_are_refused(dance, tmp_path):
 def test_mean_offset_of_a_known_one():
     q = normalise(np.random.default_rng(0).standard_normal((30, 24, 4)))
     offset = np.random.default_rng(1).normal(0.0, 0.1, (24, 3))
-    assert mean_offset([(constant_offset(q, offset), q)]) == pytest.approx(-offset, abs=1e-9)
+    assert mean_rotation_offset([(add_constant_rotation_offset(q, offset), q)]) == pytest.approx(
+        -offset, abs=1e-9
+    )
     assert exponential(np.zeros(3)).tolist() == [1.0, 0.0, 0.0, 0.0]

@@ -14,11 +14,11 @@ from twistcore.quamo.network import (
     VARIANTS,
     Network,
     read_network,
-    untrained,
+    untrained_network,
     write_network,
 )
 from twistcore.skeleton.rotation import exponential, geodesic_angle, multiply, rotate
-from twistcore.study.quamo.noise import LEVELS, Noise, add_noise
+from twistcore.study.quamo.noise import LEVELS, Noise, add_pose_noise
 from twistcore.study.quamo.sequences import read_sequence
 from twistcore.study.quamo.torch_model import import_torch, make_step, track_windows
 from twistcore.study.quamo.training import TrainingSettings, batches, train
@@ -31,7 +31,7 @@ needs_torch = pytest.mark.skipif(
 def shaken(variant: str, width: int = 16) -> Network:
     """A network whose every weight matters."""
     rng = np.random.default_rng(3)
-    start = untrained(width, 8, rng, variant)
+    start = untrained_network(width, 8, rng, variant)
     weights = {
         k: (v + 0.05 * rng.standard_normal(v.shape)).astype(np.float32)
         for k, v in start.weights.items()
@@ -45,7 +45,7 @@ def run(net, q, r):
 
 def dance():
     s = read_sequence(ASSETS / "dance.bvh")
-    return add_noise(s.q, s.r, Noise(LEVELS["A"]), np.random.default_rng(0))
+    return add_pose_noise(s.q, s.r, Noise(LEVELS["A"]), np.random.default_rng(0))
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +55,7 @@ def reference():
 
 def test_untrained_it_is_the_gains_of_hands(reference):
     q, r = reference
-    net = untrained(16, 8, np.random.default_rng(0), "full")
+    net = untrained_network(16, 8, np.random.default_rng(0), "full")
     found, hand = run(net, q, r), track(q, r, 0.04, HandGains(Gains(ka=20.0)))
     # They start differently (InitNet takes a part of the first velocity) and soon agree.
     assert np.degrees(geodesic_angle(found.q[40:], hand.q[40:])).max() < 0.05

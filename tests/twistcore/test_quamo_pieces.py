@@ -8,20 +8,25 @@ import pytest
 from tests.conftest import ASSETS
 from twistcore.cli import main
 from twistcore.errors import TwistError
-from twistcore.export.tracking import check_tracking, traced_motion, tracked_motion, weights_mark
+from twistcore.export.tracking import (
+    check_tracking,
+    network_weights_identifier,
+    traced_motion,
+    tracked_motion,
+)
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.bvh.compose import write_motion
 from twistcore.formats.clip import write_clip
 from twistcore.quamo import Gains, HandGains, track
-from twistcore.quamo.network import untrained
-from twistcore.quamo.pieces import cuts_after, pieces
+from twistcore.quamo.network import untrained_network
+from twistcore.quamo.pieces import capture_spans, capture_starts_after
 from twistcore.quamo.track_clip import (
-    check_place,
-    chosen_joints,
-    placed_joint,
+    check_position_trackable,
+    find_figure_position_joint,
+    select_writable_joints,
     smooth_clip,
-    track_by_hand,
-    track_learned,
+    track_with_hand_gains,
+    track_with_network,
     untracked_names,
 )
 from twistcore.review import Tracking
@@ -30,8 +35,8 @@ WALK = read_bvh(ASSETS / "walk.bvh")
 MOTION = WALK.motion
 CAPTURE = MOTION.sliced(1, 151)
 OTHER = read_bvh(ASSETS / "dance.bvh").motion.sliced(101, 221)
-JOINTS = chosen_joints(MOTION.skeleton, None)
-NETWORK = untrained(8, 4, np.random.default_rng(0), "full")
+JOINTS = select_writable_joints(MOTION.skeleton, None)
+NETWORK = untrained_network(8, 4, np.random.default_rng(0), "full")
 
 
 def joined(*parts):
@@ -46,11 +51,11 @@ CUT = joined(CAPTURE, OTHER)
 
 
 def both_ways(motion, **options):
-    return track_by_hand(motion, JOINTS, causal=False, place=True, **options).motion
+    return track_with_hand_gains(motion, JOINTS, causal=False, place=True, **options).motion
 
 
 def learned(motion, **options):
-    return track_learned(motion, JOINTS, NETWORK, causal=False, place=True, **options).motion
+    return track_with_network(motion, JOINTS, NETWORK, causal=False, place=True, **options).motion
 
 
 def spline(motion, **options):
@@ -66,10 +71,10 @@ def assert_same(found, expected):
 
 
 def test_a_clip_without_cuts_is_one_piece_and_one_with_a_cut_two():
-    assert pieces(MOTION, 1) == ((1, MOTION.frames),)
-    assert cuts_after(CUT, 0).tolist() == [150]
-    assert pieces(CUT, 0) == ((0, 150), (150, 270))
-    assert pieces(CUT, 3) == ((3, 150), (150, 270))
+    assert capture_spans(MOTION, 1) == ((1, MOTION.frames),)
+    assert capture_starts_after(CUT, 0).tolist() == [150]
+    assert capture_spans(CUT, 0) == ((0, 150), (150, 270))
+    assert capture_spans(CUT, 3) == ((3, 150), (150, 270))
 
 
 @WAYS
@@ -82,7 +87,7 @@ def test_across_a_cut_nothing_is_smeared(way):
 def test_a_rest_pose_at_the_end_stays_and_moves_nothing_before_it(way, length):
     rest = MOTION.sliced(0, 1)
     clip = joined(CAPTURE, *[rest] * length)
-    end = int(cuts_after(clip, 0)[0])
+    end = int(capture_starts_after(clip, 0)[0])
     assert end == CAPTURE.frames
     found = way(clip)
     assert_same(found.sliced(end, clip.frames), clip.sliced(end, clip.frames))
@@ -90,7 +95,7 @@ def test_a_rest_pose_at_the_end_stays_and_moves_nothing_before_it(way, length):
 
 
 def test_the_causal_way_goes_through_a_cut_as_the_tracker_does():
-    found = track_by_hand(CUT, JOINTS, place=True).motion
+    found = track_with_hand_gains(CUT, JOINTS, place=True).motion
     expected = track(CUT.rotations, CUT.positions[:, 0], CUT.frame_time, HandGains())
     np.testing.assert_array_equal(found.rotations[:, JOINTS], expected.q[:, JOINTS])
     np.testing.assert_array_equal(found.positions[:, 0], expected.r)
@@ -103,12 +108,12 @@ def test_where_nothing_is_captured_nothing_is_tracked(monkeypatch):
     found, traces = traced_motion(CAPTURE, tracking)
     assert_same(found, CAPTURE)
     assert traces.gains.shape == (0, 1, 3)
-    assert placed_joint(CAPTURE) == 0
+    assert find_figure_position_joint(CAPTURE) == 0
 
 
 def test_what_is_done_is_told_once_over_all_pieces():
     told = []
-    track_by_hand(CUT, JOINTS[:2], causal=False, tell=told.append)
+    track_with_hand_gains(CUT, JOINTS[:2], causal=False, tell=told.append)
     assert told == sorted(told)
     assert told[0] == 0.0
     assert 0.8 < told[-1] < 1.0
@@ -147,15 +152,20 @@ def test_the_figures_place_is_that_of_a_joint_that_carries_the_figure():
     names = MOTION.skeleton.names
     wave = np.sin(np.arange(MOTION.frames) / 7.0)
     thumb = with_places({"LThumb": wave})
-    assert names[placed_joint(thumb)] == "Hips"
-    assert untracked_names(thumb, JOINTS, placed_joint(thumb))[1] == ("LThumb",)
-    assert names[placed_joint(with_places({"LThumb": wave, "LowerBack": wave}))] == "LowerBack"
-    assert names[placed_joint(with_places({"Hips": wave, "LowerBack": wave}))] == "Hips"
+    assert names[find_figure_position_joint(thumb)] == "Hips"
+    assert untracked_names(thumb, JOINTS, find_figure_position_joint(thumb))[1] == ("LThumb",)
+    assert (
+        names[find_figure_position_joint(with_places({"LThumb": wave, "LowerBack": wave}))]
+        == "LowerBack"
+    )
+    assert (
+        names[find_figure_position_joint(with_places({"Hips": wave, "LowerBack": wave}))] == "Hips"
+    )
     at = MOTION.skeleton.index("LThumb")
     alone = replace(thumb, positioned=(at,), positions=thumb.positions[:, [at]])
-    assert placed_joint(alone) is None
+    assert find_figure_position_joint(alone) is None
     with pytest.raises(TwistError, match="position channels"):
-        check_place(alone)
+        check_position_trackable(alone)
 
 
 @pytest.mark.parametrize("rest", [slice(0, 1), slice(-1, None)])
@@ -165,7 +175,7 @@ def test_a_jump_out_of_or_into_a_rest_pose_is_no_way_that_a_place_goes(rest):
     motion = joined(CAPTURE, MOTION.sliced(0, 1)) if rest.start else MOTION
     jump, wave = jump[-motion.frames :], np.sin(np.arange(motion.frames) / 7.0)
     found = with_places({"Hips": jump, "LowerBack": wave}, motion=motion)
-    assert motion.skeleton.names[placed_joint(found)] == "LowerBack"
+    assert motion.skeleton.names[find_figure_position_joint(found)] == "LowerBack"
     assert untracked_names(found, JOINTS, None)[1] == ("LowerBack",)
 
 
@@ -173,12 +183,12 @@ def test_learned_gains_refuse_a_place_that_is_not_of_their_root():
     wave = np.sin(np.arange(MOTION.frames) / 7.0)
     motion = with_places({"LowerBack": wave})
     tracking = Tracking(
-        ("LeftArm",), learned=True, weights=weights_mark(), causal=False, place=True
+        ("LeftArm",), learned=True, weights=network_weights_identifier(), causal=False, place=True
     )
     for track_it in (lambda: learned(motion), lambda: check_tracking(motion, tracking)):
         with pytest.raises(TwistError, match=r"'Hips'.*'LowerBack'"):
             track_it()
-    kept = track_learned(motion, JOINTS, NETWORK, causal=False).motion
+    kept = track_with_network(motion, JOINTS, NETWORK, causal=False).motion
     np.testing.assert_array_equal(kept.positions, motion.positions)
     check_tracking(motion, replace(tracking, place=False))
     check_tracking(MOTION, tracking)

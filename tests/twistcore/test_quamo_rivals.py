@@ -9,14 +9,14 @@ from twistcore.quamo import Gains, HandGains, track
 from twistcore.skeleton.rotation import geodesic_angle, multiply
 from twistcore.study.quamo.methods import (
     HAND,
-    hand_method,
+    hand_tuned_method,
     measured_lags,
     representation_methods,
-    root_in_substeps,
+    track_root_in_substeps,
 )
-from twistcore.study.quamo.noise import LEVELS, Noise, add_noise
-from twistcore.study.quamo.pose_errors import lag_parts, pose_metrics
-from twistcore.study.quamo.representations import track_places
+from twistcore.study.quamo.noise import LEVELS, Noise, add_pose_noise
+from twistcore.study.quamo.pose_errors import lag_numerator_and_denominator, pose_metrics
+from twistcore.study.quamo.representations import track_root_positions
 from twistcore.study.quamo.rivals import RIVALS
 from twistcore.study.quamo.sequences import read_sequence, split_into_windows
 from twistcore.study.quamo.tables import CONDITIONS, score_methods
@@ -31,7 +31,7 @@ def dance():
 
 @pytest.fixture(scope="module")
 def given(dance):
-    return add_noise(dance.q, dance.r, Noise(LEVELS["A"]), np.random.default_rng(0))
+    return add_pose_noise(dance.q, dance.r, Noise(LEVELS["A"]), np.random.default_rng(0))
 
 
 @pytest.mark.parametrize("rival", RIVALS, ids=lambda r: r.name)
@@ -81,13 +81,13 @@ def test_lag_is_how_late_places_are():
     t = np.arange(400) * 0.01
     truth = np.sin(3.0 * t)[:, None] * np.array([100.0, 50.0, 0.0])
     late = np.sin(3.0 * (t - 0.012))[:, None] * np.array([100.0, 50.0, 0.0])
-    over, under = lag_parts(late, truth, 0.01)
+    over, under = lag_numerator_and_denominator(late, truth, 0.01)
     assert over / under == pytest.approx(0.012, rel=0.02)
-    assert lag_parts(truth, truth, 0.01)[0] == 0.0
+    assert lag_numerator_and_denominator(truth, truth, 0.01)[0] == 0.0
 
 
 def test_hand_gains_lag_and_what_sees_the_file_does_not(dance):
-    methods = {HAND: hand_method()} | {
+    methods = {HAND: hand_tuned_method()} | {
         r.name: (lambda _, q, p, r=r: r.run(q, p, DT)) for r in RIVALS if not r.causal
     }
     late = measured_lags([dance], methods)
@@ -118,10 +118,10 @@ def test_windows_are_whole_pieces_and_begin_at_the_truth(dance):
 def test_representations_track_their_root_and_one_step_is_the_trackers(dance, given):
     q, r = (x[:, None] for x in given)
     ours = track(q, r, DT, HandGains()).r
-    np.testing.assert_array_equal(track_places(r, DT, Gains()), ours)
+    np.testing.assert_array_equal(track_root_positions(r, DT, Gains()), ours)
     for method in representation_methods().values():
         np.testing.assert_array_equal(method(dance, q, r)[1], ours)
-    six = root_in_substeps(dance, q, r)[1]
+    six = track_root_in_substeps(dance, q, r)[1]
     assert 0.001 < np.abs(six - ours).max() < 0.2
 
 
@@ -131,7 +131,7 @@ def test_sub_steps_draw_near_to_the_differential_equation():
     t, fast = 0.04 * np.arange(30), np.sqrt(200.0 - 6.0**2)  # κP 200, κD 12
     exact = 1.0 - np.exp(-6.0 * t) * (np.cos(fast * t) + 6.0 / fast * np.sin(fast * t))
     one, six, many = (
-        np.abs(track_places(leap, DT, Gains(), n)[:, 0] - exact).max() for n in (1, 6, 99)
+        np.abs(track_root_positions(leap, DT, Gains(), n)[:, 0] - exact).max() for n in (1, 6, 99)
     )
     assert many < 0.01 < six < 0.3 * one
 

@@ -8,7 +8,12 @@ from scipy.interpolate import make_smoothing_spline
 
 from twistcore.errors import TwistError
 from twistcore.quamo.bursts import NoisySpan, smooth_spans
-from twistcore.quamo.spline import PLACE_SHARE, smoothed, smoothed_rotations, usual_cutoff
+from twistcore.quamo.spline import (
+    PLACE_SHARE,
+    default_spline_cutoff,
+    rotations_smoothed_by_spline,
+    smoothed_by_spline,
+)
 from twistcore.quamo.track_clip import smooth_clip
 from twistcore.skeleton.rotation import exponential, geodesic_angle, multiply, normalise
 
@@ -28,14 +33,16 @@ def test_a_sine_of_the_cut_off_keeps_half_and_no_frequency_is_shifted():
     for f, cutoff in ((4.0, 4.0), (2.0, 4.0), (1.0, 3.0), (8.0, 4.0)):
         wave = np.sin(2.0 * np.pi * f * t)
         ratio = (np.sin(np.pi * f * DT) / np.sin(np.pi * cutoff * DT)) ** 4
-        found = smoothed(wave, cutoff, DT)
+        found = smoothed_by_spline(wave, cutoff, DT)
         np.testing.assert_allclose(found[middle], wave[middle] / (1.0 + ratio), atol=1e-9)
 
 
 def test_the_usual_cut_off_weighs_roughness_by_the_frame_time():
-    assert usual_cutoff(DT) == 4.0
-    assert usual_cutoff(1.0 / 120.0) == pytest.approx(4.0 * 4.8**0.25)
-    roughness = [dt**4 * (2.0 * np.sin(np.pi * usual_cutoff(dt) * dt)) ** -4 for dt in (1e-3, 2e-3)]
+    assert default_spline_cutoff(DT) == 4.0
+    assert default_spline_cutoff(1.0 / 120.0) == pytest.approx(4.0 * 4.8**0.25)
+    roughness = [
+        dt**4 * (2.0 * np.sin(np.pi * default_spline_cutoff(dt) * dt)) ** -4 for dt in (1e-3, 2e-3)
+    ]
     assert roughness[1] / roughness[0] == pytest.approx(2.0, rel=1e-2)
 
 
@@ -44,61 +51,68 @@ def test_it_is_scipys_smoothing_spline_where_the_rate_is_high():
     y = np.cumsum(np.random.default_rng(0).normal(size=300)) * 0.1
     cutoff = 2.0
     theirs = make_smoothing_spline(t * 240.0, y, lam=(2.0 * np.sin(np.pi * cutoff / 240.0)) ** -4)
-    np.testing.assert_allclose(smoothed(y, cutoff, 1.0 / 240.0), theirs(t * 240.0), atol=2e-3)
+    np.testing.assert_allclose(
+        smoothed_by_spline(y, cutoff, 1.0 / 240.0), theirs(t * 240.0), atol=2e-3
+    )
 
 
 @given(st.integers(0, 1000), CUTOFFS, st.integers(3, 40))
 def test_a_straight_line_stays_to_its_ends_and_reversing_reverses(seed, cutoff, frames):
     rng = np.random.default_rng(seed)
     line = rng.normal(size=3) + rng.normal(size=3) * np.arange(frames)[:, None]
-    np.testing.assert_allclose(smoothed(line, cutoff, DT), line, atol=1e-6)
+    np.testing.assert_allclose(smoothed_by_spline(line, cutoff, DT), line, atol=1e-6)
     any_way = rng.normal(size=(frames, 2))
-    back = smoothed(any_way[::-1], cutoff, DT)[::-1]
-    np.testing.assert_allclose(back, smoothed(any_way, cutoff, DT), atol=1e-9)
+    back = smoothed_by_spline(any_way[::-1], cutoff, DT)[::-1]
+    np.testing.assert_allclose(back, smoothed_by_spline(any_way, cutoff, DT), atol=1e-9)
 
 
 @given(st.integers(0, 1000), CUTOFFS)
 def test_rotations_keep_length_and_commute_with_fixed_turns_and_signs(seed, cutoff):
     q = turning(seed)
-    found = smoothed_rotations(q, cutoff, DT)
+    found = rotations_smoothed_by_spline(q, cutoff, DT)
     assert np.abs(np.linalg.norm(found, axis=-1) - 1.0).max() < 1e-12
     rng = np.random.default_rng(seed + 1)
     left, right = normalise(rng.normal(size=(2, 4)))
     signs = rng.choice([-1.0, 1.0], q.shape[:-1])[..., None]
-    turned = smoothed_rotations(signs * multiply(multiply(left, q), right), cutoff, DT)
+    turned = rotations_smoothed_by_spline(signs * multiply(multiply(left, q), right), cutoff, DT)
     assert geodesic_angle(turned, multiply(multiply(left, found), right)).max() < 1e-6
 
 
 def test_a_steady_turn_through_any_angle_stays():
     axis = np.array([0.36, 0.48, 0.8])
     q = exponential(8.0 * DT * np.arange(400)[:, None] * axis)[:, None]
-    found = smoothed_rotations(q, 4.0, DT)
+    found = rotations_smoothed_by_spline(q, 4.0, DT)
     assert geodesic_angle(found, q)[40:-40].max() < 1e-6
 
 
 @pytest.mark.parametrize("frames", [0, 1, 2])
 def test_a_clip_too_short_to_bend_stays(frames):
     values = np.arange(3.0 * frames).reshape(frames, 3)
-    np.testing.assert_array_equal(smoothed(values, 4.0, DT), values)
+    np.testing.assert_array_equal(smoothed_by_spline(values, 4.0, DT), values)
 
 
 @pytest.mark.parametrize("cutoff", [0.0, 4.0, 100.0])
 def test_of_what_cannot_bend_no_cut_off_is_asked(cutoff):
     values = np.arange(6.0).reshape(2, 3)
-    np.testing.assert_array_equal(smoothed(values, cutoff, 0.2), values)
+    np.testing.assert_array_equal(smoothed_by_spline(values, cutoff, 0.2), values)
 
 
 @pytest.mark.parametrize("rate", [0.5, 1.0, 4.0, 5.0, 7.0, 10.0, 24.0])
 def test_the_usual_cut_off_is_one_that_every_rate_can_have(rate):
     values = np.random.default_rng(0).normal(size=(9, 3))
-    assert np.abs(smoothed(values, usual_cutoff(1.0 / rate), 1.0 / rate) - values).max() > 1e-3
-    assert usual_cutoff(1.0 / rate) <= 0.4 * rate
+    assert (
+        np.abs(
+            smoothed_by_spline(values, default_spline_cutoff(1.0 / rate), 1.0 / rate) - values
+        ).max()
+        > 1e-3
+    )
+    assert default_spline_cutoff(1.0 / rate) <= 0.4 * rate
 
 
 @pytest.mark.parametrize("cutoff", [0.0, -1.0, 12.5, np.nan, np.inf])
 def test_a_cut_off_that_the_rate_cannot_have_is_refused(cutoff):
     with pytest.raises(TwistError, match=r"below 12\.5 Hz"):
-        smoothed(np.zeros((9, 3)), cutoff, DT)
+        smoothed_by_spline(np.zeros((9, 3)), cutoff, DT)
 
 
 def test_a_clip_is_changed_in_the_chosen_joints_and_from_the_first_frame_only(walk):
@@ -111,7 +125,7 @@ def test_a_clip_is_changed_in_the_chosen_joints_and_from_the_first_frame_only(wa
     assert (found.rotations[1:, joints] != motion.rotations[1:, joints]).any(axis=(0, 2)).all()
     np.testing.assert_array_equal(
         found.positions[1:, 0],
-        smoothed(motion.positions[1:, 0], 4.0 * PLACE_SHARE, motion.frame_time),
+        smoothed_by_spline(motion.positions[1:, 0], 4.0 * PLACE_SHARE, motion.frame_time),
     )
     np.testing.assert_array_equal(found.positions[:1], motion.positions[:1])
     held = smooth_clip(motion, joints, 4.0, first=1)
@@ -124,11 +138,11 @@ def test_a_span_alone_is_smoothed_and_continues_the_frames_around_it(seed, cutof
     line = np.linspace(-1.0, 3.0, 60)[:, None] * [1.0, -2.0]
     noisy = line.copy()
     noisy[slice(*span)] += np.random.default_rng(seed).normal(size=noisy[slice(*span)].shape)
-    found = smoothed(noisy, cutoff, DT, span)
+    found = smoothed_by_spline(noisy, cutoff, DT, span)
     outside = np.ones(60, dtype=bool)
     outside[slice(*span)] = False
     np.testing.assert_array_equal(found[outside], noisy[outside])
-    np.testing.assert_allclose(smoothed(line, cutoff, DT, span), line, atol=1e-6)
+    np.testing.assert_allclose(smoothed_by_spline(line, cutoff, DT, span), line, atol=1e-6)
 
 
 def test_the_spline_of_a_span_minimises_the_sum_with_the_other_frames_fixed():
@@ -138,7 +152,7 @@ def test_the_spline_of_a_span_minimises_the_sum_with_the_other_frames_fixed():
     def cost(x):
         return ((x - y) ** 2).sum() + weight * (np.diff(x, 2) ** 2).sum()
 
-    found = smoothed(y, cutoff, DT, (start, stop))
+    found = smoothed_by_spline(y, cutoff, DT, (start, stop))
     for frame in range(start, stop):
         for step in (-1e-4, 1e-4):
             other = found.copy()

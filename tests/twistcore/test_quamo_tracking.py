@@ -12,8 +12,13 @@ import twistcore as tc
 from tests.messages import names_in_one_line
 from twistcore.errors import TwistError
 from twistcore.quamo import Gains, HandGains, Stepper, UnstableGainsError, check_stability, track
-from twistcore.quamo.state_space import FIRST_ORDER, increment, next_quaternion, next_translation
-from twistcore.quamo.tracker import LOST_AFTER, snap_sentences
+from twistcore.quamo.state_space import (
+    FIRST_ORDER,
+    next_quaternion,
+    next_translation,
+    reference_increment,
+)
+from twistcore.quamo.tracker import LOST_AFTER, describe_joint_resets
 from twistcore.skeleton.rotation import (
     exponential,
     geodesic_angle,
@@ -24,10 +29,10 @@ from twistcore.skeleton.rotation import (
 )
 from twistcore.study.quamo.representations import (
     REPRESENTATIONS,
-    coordinates,
-    from_coordinates,
-    full_turns,
-    open_loop_drift,
+    has_root_discontinuity,
+    quaternion_integration_errors,
+    rotation_coordinates,
+    rotations_from_coordinates,
     track_coordinates,
 )
 
@@ -195,7 +200,7 @@ def test_the_bound_of_stability_is_where_the_step_diverges(inside):
     q, omega = quaternion_from_axis_angle(Z, 1e-4), np.zeros(3)
     still = np.array([1.0, 0.0, 0.0, 0.0])
     for _ in range(300):
-        omega = omega + dt * (kp * increment(still, q) - kd * omega)
+        omega = omega + dt * (kp * reference_increment(still, q) - kd * omega)
         q = next_quaternion(q, omega, dt)
     assert (geodesic_angle(q, still) < 1e-4) == inside
 
@@ -210,7 +215,7 @@ def test_a_joint_that_lost_the_input_is_set_back_and_flagged():
     assert np.argwhere(found.snapped).tolist() == [[frame, 1]]
     assert np.abs(found.q[frame, 1] @ lost) == pytest.approx(1.0)
     assert geodesic_angle(found.q[frame - 1, 1], lost) > np.pi / 2
-    [sentence] = snap_sentences(found.snapped, ("a", "b"))
+    [sentence] = describe_joint_resets(found.snapped, ("a", "b"))
     assert names_in_one_line(sentence, "b ", str(frame))
 
 
@@ -234,7 +239,7 @@ def test_parts_add_up_to_the_change_of_velocity(reference):
 
 def test_exact_integration_has_no_drift_and_first_order_has():
     for speed in (np.pi, 2 * np.pi, 12.0):
-        exact, first_order = open_loop_drift(speed, 0.04)
+        exact, first_order = quaternion_integration_errors(speed, 0.04)
         assert exact < 1e-10
         # A tangent step of length x = ωΔt/2 turns by 2·atan(x) and not by 2x.
         x = 0.5 * speed * 0.04
@@ -261,14 +266,19 @@ def test_the_place_arrives():
 @pytest.mark.parametrize("rep", REPRESENTATIONS, ids=lambda r: r.name)
 def test_coordinates_are_of_the_same_rotation(rep, walk):
     q = walk.motion.rotations[::20]
-    assert np.degrees(geodesic_angle(from_coordinates(coordinates(q, rep), rep), q)).max() < 1e-5
+    assert (
+        np.degrees(
+            geodesic_angle(rotations_from_coordinates(rotation_coordinates(q, rep), rep), q)
+        ).max()
+        < 1e-5
+    )
 
 
 def test_only_raw_coordinates_spin_at_a_full_turn():
     angle = np.linspace(0.0, 2.0 * np.pi, 200)
     q = quaternion_from_axis_angle(np.array([0.0, 1.0, 0.0]), angle)[:, None]
-    assert full_turns(q)
-    assert not full_turns(q[:60])
+    assert has_root_discontinuity(q)
+    assert not has_root_discontinuity(q[:60])
     worst = {
         rep.name: geodesic_angle(track_coordinates(q, 0.04, rep, Gains()), q).max()
         for rep in REPRESENTATIONS

@@ -22,7 +22,7 @@ from twistcore.detection.kind import KindInfo
 from twistcore.detection.quantity import quantity_of
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import parse_bvh
-from twistcore.formats.clip import rewritten
+from twistcore.formats.clip import patch_clip
 
 WALK = tc.read_clip("assets/walk.bvh").motion
 
@@ -151,7 +151,7 @@ def test_frames_that_are_held_have_the_value_of_their_own_frame():
 
 def test_between_linear_keys_a_curve_has_the_value_of_the_change_to_the_next_key():
     clip = tc.read_clip("assets/walk.bvh")
-    stepped = parse_bvh(rewritten(clip, stepping(150, 30.0)).data, clip.path)
+    stepped = parse_bvh(patch_clip(clip, stepping(150, 30.0)).data, clip.path)
     keyed = KEYS5.written(kept(stepped, KEYS5), KEYS5.repeats(WALK.fps)[1]).motion
     ((interval, quantity),) = curves_of(keyed, Kind.BODY_STEP)
     assert (interval.start, interval.stop) == (146, 151)

@@ -18,7 +18,7 @@ from tests.conftest import ASSETS
 from tests.messages import names_in_one_line, numbers, refused
 from twistcore.cli import main
 from twistcore.detection import DETECTORS, DetectorInfo, Interval, register
-from twistcore.detection.registry import FILE_VARIABLE, built_in
+from twistcore.detection.registry import FILE_VARIABLE, built_in_detector_names
 from twistcore.errors import TwistError
 from twistcore.review.journal import command_from_json, command_to_json
 from twistcore.skeleton.rig import Rig
@@ -96,8 +96,8 @@ class Plain:
 def test_the_programs_own_are_the_files_of_the_folder():
     folder = Path(tc.detection.__file__).parent / "detectors"
     names = {path.stem for path in folder.glob("[a-z]*.py")}
-    assert set(built_in()) == names
-    assert built_in()[0] == "consistency"
+    assert set(built_in_detector_names()) == names
+    assert built_in_detector_names()[0] == "consistency"
     assert {DETECTORS[name].info.name for name in names} == names
 
 

@@ -13,7 +13,7 @@ from tests.twistcore.reviews import CARRIED, CHAINS, CLIP, LIMBS, flip, flipped
 from twistcore.analysis.clip_analysis import detect
 from twistcore.cli import main
 from twistcore.errors import TwistError
-from twistcore.export.compare import compare
+from twistcore.export.compare import compare_motions
 from twistcore.export.replay import accepted_motion
 from twistcore.files.atomic import write_atomically
 from twistcore.files.version import __version__
@@ -231,7 +231,7 @@ def test_what_was_not_left_alone_is_found(tmp_path, where):
 
 def test_changes_are_told_by_joint_with_the_root_of_the_mean_square(tmp_path):
     clip, refined, _ = corrected_clip(tmp_path)
-    changes = joint_changes(clip.motion, refined, compare(clip.motion, refined))
+    changes = joint_changes(clip.motion, refined, compare_motions(clip.motion, refined))
     assert [c.joint for c in changes] == ["LeftForeArm", "LeftHand"]
     assert {c.frames for c in changes} == {10}
     assert changes[0].max_deg == pytest.approx(np.degrees(0.5), abs=1e-6)

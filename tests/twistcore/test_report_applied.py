@@ -18,8 +18,8 @@ from twistcore.export.replay import accepted_motion
 from twistcore.formats.amc import read_amc
 from twistcore.formats.clip import write_clip
 from twistcore.formats.reading import read_clip
-from twistcore.report.changes import remaining_detection
-from twistcore.report.clip_page import clip_page
+from twistcore.report.changes import detect_remaining_errors
+from twistcore.report.clip_page import clip_page_html
 from twistcore.report.clip_report import write_clip_report
 from twistcore.report.document import Report, report_to_json
 from twistcore.report.picture_job import Drawn
@@ -77,7 +77,7 @@ def test_there_is_no_picture_after_a_correction_that_there_is_not(foot):
     picture = (b"before", b"after")
     for accepted in ((1, 2), (1,)):
         report = reviewed(*foot, accepted)
-        page = clip_page(report_to_json(report), report, Drawn((picture, picture)))
+        page = clip_page_html(report_to_json(report), report, Drawn((picture, picture)))
         assert page.count("<figcaption>Before<") == 2
         assert page.count("<figcaption>After<") == 1
         assert "If accepted<" not in page
@@ -86,7 +86,7 @@ def test_there_is_no_picture_after_a_correction_that_there_is_not(foot):
 
 def find_panels(report):
     """The paths of 'after' in the worst finds, as many of them as there are strokes."""
-    page = clip_page(report_to_json(report), report)
+    page = clip_page_html(report_to_json(report), report)
     finds = re.findall(r'<article class="find.*?</article>', page, re.DOTALL)
     return [sum(p.count("M") for p in re.findall(r'class="after" d="([^"]*)"', f)) for f in finds]
 
@@ -111,10 +111,10 @@ def test_what_is_left_of_a_limb_is_told_by_the_limb_and_with_what_became_of_it(t
     at = next(j.id for j in review.state.intervals if j.interval.start == CARRIED.start)
     state = Decide((at,), Decision.ACCEPTED).apply(review.state)
     report = Report(clip, chains, state, accepted_motion(clip, chains, state))
-    left = intervals_to_json(remaining_detection(report.refined, chains, state))
+    left = intervals_to_json(detect_remaining_errors(report.refined, chains, state))
     names = {(i["chain"], i.get("limb"), i["start"]) for i in left}
     assert ("RightUpLeg", "RightUpLeg-RightFoot", 100) in names
-    page = clip_page(report_to_json(report), report)
+    page = clip_page_html(report_to_json(report), report)
     after = page[page.index("examined again") :]
     row = r'<th scope="row">RightUpLeg-RightFoot</th><td>limb flip.*?>100–108<.*>undecided</td>'
     assert re.search(row, after)
@@ -129,7 +129,7 @@ def test_a_lone_jump_is_told_alike_wherever_it_stands(tmp_path):
     review.accept()
     refined = accepted_motion(clip, chains, review.state)
     report = Report(clip, chains, review.state, refined)
-    page = clip_page(report_to_json(report), report)
+    page = clip_page_html(report_to_json(report), report)
     told = r"<td>lone jump of RightHand, ([+-][\d.]+° at [\d,]+°/s)</td>(.*?)</tr>"
     told = re.findall(told, page)
     jumps = [i for i in found if not i.repairable and i.joint == "RightHand"]
@@ -148,7 +148,7 @@ def test_a_jump_of_a_joint_is_listed_with_its_joint_and_its_angle():
     review.accept()
     refined = accepted_motion(clip, found.chains_and_limbs, review.state)
     report = Report(clip, found.chains_and_limbs, review.state, refined)
-    page = clip_page(report_to_json(report), report)
+    page = clip_page_html(report_to_json(report), report)
     jumps = [i for i in found if i.kind in (Kind.JOINT_JUMP, Kind.SPIKE)]
     assert len(jumps) > 0
     for i in jumps:
@@ -165,9 +165,9 @@ def test_a_find_is_named_by_its_chain_and_the_pictures_say_what_they_show():
     found = [flip(), constant_interval("LeftForeArm", 40, 45, 0.9)]
     report = reviewed(CLIP, (*CHAINS, *LIMBS), found, (1, 2))
     drawn = Drawn(((b"before", b"after"),) * 2)
-    page = clip_page(report_to_json(report), report, drawn)
+    page = clip_page_html(report_to_json(report), report, drawn)
     assert page.count("The pictures show frame") == 2
-    assert "The pictures show" not in clip_page(report_to_json(report), report)
+    assert "The pictures show" not in clip_page_html(report_to_json(report), report)
     heads = dict(re.findall(r'<h3>([^<]*) <span class="soft small">([^<]*)</span> <span', page))
     assert heads == {"Right leg": "RightUpLeg-RightFoot", "Left ForeArm": "LeftForeArm"}
     after = re.findall(r'alt="The same frame ([^"]*)"', page)
@@ -179,7 +179,7 @@ def test_a_find_is_named_by_its_chain_and_the_pictures_say_what_they_show():
 def test_the_legend_of_the_curves_has_every_band():
     found = [constant_interval("LeftForeArm", 20 * k, 20 * k + 9, 0.5) for k in range(2)]
     report = reviewed(CLIP, CHAINS, found, (1,))
-    page = clip_page(report_to_json(report), report)
+    page = clip_page_html(report_to_json(report), report)
     legend = page[page.index('id="h-curves"') :].partition("</ul>")[0]
     assert re.findall(r'class="band (\w+)"', legend) == [
         "accepted", "undecided", "rejected", "seen"
@@ -192,6 +192,6 @@ def test_of_an_error_that_sets_in_softly_the_page_shows_what_the_window_shows():
     ramp = np.radians(np.concatenate([np.linspace(0.0, 40.0, 30), np.linspace(40.0, 0.0, 31)]))
     found = [Interval(chain.name, 40, 101, ramp)]
     report = reviewed(CLIP, CHAINS, found, [])
-    page = clip_page(report_to_json(report), report)
+    page = clip_page_html(report_to_json(report), report)
     assert np.degrees(found[0].delta) == pytest.approx(20.0, abs=1.0)
     assert '<td class="n">+40.00°</td>' in page

@@ -14,12 +14,12 @@ from tests.twistcore.made_records import failed, record_of, waiting
 from tests.twistcore.two_people import two_people
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.batch.clip_result import process_clip
-from twistcore.batch.gates import Broken, parse_rule
+from twistcore.batch.gates import Broken, parse_batch_rule
 from twistcore.batch.parameters import Parameters
 from twistcore.errors import TwistError
 from twistcore.formats.reading import read_clip
 from twistcore.report import folder_report, picture_job
-from twistcore.report.folder_report import page_of, write_folder_report
+from twistcore.report.folder_report import clip_page_path, write_folder_report
 from twistcore.report.picture_job import Drawn
 from twistcore.report.recorded_clip import report_from_manifest
 from twistcore.review import Decide, Decision, Review, write_session
@@ -117,9 +117,9 @@ def test_a_file_of_somebody_else_is_not_replaced(tmp_path, kick, page):
 def test_no_name_leads_out_of_the_report(tmp_path, kick, name):
     written(tmp_path, [replace(kick, name=name)])
     pages = [p.relative_to(tmp_path).as_posix() for p in tmp_path.rglob("*.html")]
-    assert sorted(pages) == sorted(["report/index.html", f"report/{page_of(name)}"])
-    link = re.search(r'href="([^"]*)">← ', text(tmp_path, page_of(name)))[1]
-    assert (tmp_path / "report" / page_of(name)).parent.joinpath(link).resolve() == (
+    assert sorted(pages) == sorted(["report/index.html", f"report/{clip_page_path(name)}"])
+    link = re.search(r'href="([^"]*)">← ', text(tmp_path, clip_page_path(name)))[1]
+    assert (tmp_path / "report" / clip_page_path(name)).parent.joinpath(link).resolve() == (
         tmp_path / "report" / "index.html"
     )
 
@@ -154,7 +154,7 @@ def test_without_pictures_the_page_says_why_and_is_whole(tmp_path, kick, monkeyp
 
 
 def test_broken_rules_are_told_of_clips_and_of_the_run(tmp_path, kick):
-    rules = parse_rule("severity>5"), parse_rule("total.count>3")
+    rules = parse_batch_rule("severity>5"), parse_batch_rule("total.count>3")
     written(tmp_path, [kick], broken=[Broken(rules[0], kick.name, 9.0), Broken(rules[1], "", 8)])
     page = text(tmp_path)
     assert re.search("shots/kick.bvh: .* 9°.*&#39;severity&gt;5&#39;", page)
@@ -187,13 +187,13 @@ def figure():
     found = analyse(clip).detect()
     interval = next(i for i in found if i.repairable)
     wanted = [(interval.chain, interval.start)]
-    return picture_job.figure_of(clip.motion, clip.motion, found.chains_and_limbs, wanted)
+    return picture_job.make_clip_figure(clip.motion, clip.motion, found.chains_and_limbs, wanted)
 
 
 def test_a_job_comes_back_as_it_was_put_down(tmp_path):
     put = figure()
-    picture_job.write_job(tmp_path, [put])
-    size, (got,) = picture_job.read_job(tmp_path)
+    picture_job.write_picture_job(tmp_path, [put])
+    size, (got,) = picture_job.read_picture_job(tmp_path)
     assert size == picture_job.SIZE
     assert got.pairs == put.pairs
     assert got.motion.skeleton.names == put.motion.skeleton.names

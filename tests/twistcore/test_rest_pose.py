@@ -10,8 +10,8 @@ from tests.conftest import ASSETS
 from tests.messages import names_in_one_line
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
-from twistcore.quamo.rest_pose import RestChange, rest_change
-from twistcore.quamo.topology import PARENTS, find_topology, places_24
+from twistcore.quamo.rest_pose import RestChange, smpl_rest_pose_change
+from twistcore.quamo.topology import PARENTS, find_network_joints, smpl_joint_positions
 from twistcore.skeleton.rotation import exponential, normalise
 
 LEFT_LEG, RIGHT_LEG = (4, 7, 10), (5, 8, 11)
@@ -67,7 +67,7 @@ def poses(frames=5, seed=0):
 
 
 def directions(offsets, rotations):
-    places = places_24(offsets, rotations, np.zeros((len(rotations), 3)))
+    places = smpl_joint_positions(offsets, rotations, np.zeros((len(rotations), 3)))
     return normalise(places[:, 1:] - places[:, list(PARENTS[1:])])
 
 
@@ -76,7 +76,7 @@ def test_bones_point_where_the_same_poses_point_them_on_a_t_pose(name):
     q, rest = poses(), RESTS[name]
     wanted = directions(t_pose(), q)
     wanted_feet = [k for k in range(23) if k + 1 not in (10, 11)]
-    change = rest_change(rest)
+    change = smpl_rest_pose_change(rest)
     found, old = directions(rest, change.carried(q)), directions(rest, OLD.carried(q))
     compared = wanted_feet if name == "feet down" else list(range(23))
     assert found[:, compared] == pytest.approx(wanted[:, compared], abs=1e-9)
@@ -88,7 +88,7 @@ def test_bones_point_where_the_same_poses_point_them_on_a_t_pose(name):
 
 def test_feet_that_rest_downwards_are_turned_ahead():
     q, rest = poses(), RESTS["feet down"]
-    found = directions(rest, rest_change(rest).carried(q))
+    found = directions(rest, smpl_rest_pose_change(rest).carried(q))
     ahead = t_pose()
     ahead[[10, 11]] = [0.0, 0.0, 0.15]
     assert found == pytest.approx(directions(ahead, q), abs=1e-9)
@@ -97,7 +97,7 @@ def test_feet_that_rest_downwards_are_turned_ahead():
 @given(st.floats(-6.0, 6.0), st.floats(-6.0, 6.0), st.floats(-5.0, 5.0))
 def test_a_rest_near_smpls_is_left_alone(legs, arms, lean):
     rest = turned(arms_down(legs_apart(t_pose(), legs), arms), (3, 6, 9, 12), X, lean)
-    change = rest_change(rest)
+    change = smpl_rest_pose_change(rest)
     assert change.turns == pytest.approx(OLD.turns, abs=1e-12)
     assert change.notes == ()
 
@@ -110,26 +110,26 @@ def test_any_standing_rest_gives_the_same_figure_with_smpls_own_offsets(legs, ar
     rest = turned(arms_down(legs_apart(t_pose(), legs), arms), range(24), axis, 90.0 * quarters)
     own = legs_apart(t_pose(), 5.0)
     q = poses(2)
-    found = directions(rest, rest_change(rest, own).carried(q))
+    found = directions(rest, smpl_rest_pose_change(rest, own).carried(q))
     assert found == pytest.approx(directions(own, q), abs=1e-9)
 
 
 def test_a_bone_without_length_goes_with_the_one_above():
     rest = arms_down(t_pose(), 45.0)
     rest[[22, 23]] = 0.0
-    turns = rest_change(rest).turns
+    turns = smpl_rest_pose_change(rest).turns
     assert (turns[20] == turns[18]).all()
     assert (turns[22] == turns[18]).all()
 
 
 def test_cmus_legs_are_brought_together():
-    topology = find_topology(read_bvh(ASSETS / "dance.bvh").skeleton)
-    change = rest_change(topology.offsets)
+    topology = find_network_joints(read_bvh(ASSETS / "dance.bvh").skeleton)
+    change = smpl_rest_pose_change(topology.offsets)
     assert names_in_one_line(change.notes[0], "left_hip", "20°")
     q = np.tile([1.0, 0.0, 0.0, 0.0], (1, 24, 1))
     r = np.zeros((1, 3))
-    still = places_24(topology.offsets, change.carried(q), r)[0]
-    old = places_24(topology.offsets, q, r)[0]
+    still = smpl_joint_positions(topology.offsets, change.carried(q), r)[0]
+    old = smpl_joint_positions(topology.offsets, q, r)[0]
     assert still[4] - still[1] == pytest.approx([0.0, still[4, 1] - still[1, 1], 0.0], abs=1e-9)
     moved = 56.444 * np.linalg.norm(still[7] - old[7])  # millimetres
     assert 250.0 < moved < 320.0
@@ -148,5 +148,5 @@ def test_cmus_legs_are_brought_together():
 )
 def test_rests_that_cannot_be_told_are_refused(rest, what):
     with pytest.raises(TwistError, match=what) as caught:
-        rest_change(rest)
+        smpl_rest_pose_change(rest)
     assert "\n" not in str(caught.value)

@@ -16,8 +16,8 @@ from twistcore.batch.result_files import (
     INTERVAL_COLUMNS,
     clips_csv,
     write_clip_table,
+    write_interval_parquet,
     write_json_lines,
-    write_parquet,
 )
 from twistcore.detection import Kind
 from twistcore.errors import TwistError
@@ -73,7 +73,7 @@ def test_a_clip_is_a_document_a_line(tmp_path):
 def test_parquet_has_a_row_an_interval_and_loses_no_clip(tmp_path):
     parquet = pytest.importorskip("pyarrow.parquet")
     path = tmp_path / "results.parquet"
-    write_parquet(path, RECORDS)
+    write_interval_parquet(path, RECORDS)
     table = parquet.read_table(path)
     assert table.column_names == [*CLIP_COLUMNS, "quality", *INTERVAL_COLUMNS]
     rows = table.to_pylist()
@@ -88,7 +88,7 @@ def test_parquet_has_a_row_an_interval_and_loses_no_clip(tmp_path):
     )
     assert rows[0]["open"] is False
     assert json.loads(rows[1]["quality"]) == {"jitter": 0.5}
-    write_parquet(path, [])
+    write_interval_parquet(path, [])
     empty = parquet.read_table(path)
     assert (empty.num_rows, empty.schema) == (0, table.schema)
 
@@ -103,13 +103,13 @@ def test_without_pyarrow_a_sentence_names_the_extra(tmp_path, monkeypatch):
 
     monkeypatch.setattr(builtins, "__import__", without)
     with pytest.raises(TwistError, match=r"twist-inspector\[parquet\]"):
-        write_parquet(tmp_path / "results.parquet", RECORDS)
+        write_interval_parquet(tmp_path / "results.parquet", RECORDS)
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("write", [write_json_lines, write_parquet])
+@pytest.mark.parametrize("write", [write_json_lines, write_interval_parquet])
 def test_a_run_that_ends_amid_the_file_leaves_the_one_before(tmp_path, write):
-    if write is write_parquet:
+    if write is write_interval_parquet:
         pytest.importorskip("pyarrow")
     path = tmp_path / "results"
     path.write_bytes(b"before")

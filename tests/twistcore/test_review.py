@@ -19,9 +19,9 @@ from tests.twistcore.reviews import CHAINS, CLIP, commands, fresh, redetect, sig
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.detection import Interval
 from twistcore.errors import ClipMismatchError, FormatError
-from twistcore.export.replay import accepted_motion, check_belongs
+from twistcore.export.replay import accepted_motion, check_session_fits_clip
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip import rewritten
+from twistcore.formats.clip import patch_clip
 from twistcore.review import (
     Annotate,
     CarryOver,
@@ -36,17 +36,17 @@ from twistcore.review import (
     Review,
     Sign,
     read_session,
-    recover,
+    replay_journal,
     session_bytes,
     write_session,
 )
 from twistcore.review.model import (
     constant_interval,
-    flattened,
     overlapping_ids,
     resized,
-    with_level,
-    with_straight_twist,
+    with_constant_offset,
+    with_median_offset,
+    with_twist_straightening_offset,
 )
 
 
@@ -217,7 +217,7 @@ def test_resized_keeps_offsets_and_continues_them():
     interval = Interval("c", 10, 13, np.array([0.1, 0.2, 0.3]))
     np.testing.assert_allclose(resized(interval, 8, 15).offset, [0.1, 0.1, 0.1, 0.2, 0.3, 0.3, 0.3])
     np.testing.assert_allclose(resized(interval, 11, 12).offset, [0.2])
-    assert with_level(interval, 1.0).delta == pytest.approx(1.0)
+    assert with_median_offset(interval, 1.0).delta == pytest.approx(1.0)
 
 
 def test_a_session_comes_back_and_replays_to_the_same_bytes(tmp_path):
@@ -226,17 +226,17 @@ def test_a_session_comes_back_and_replays_to_the_same_bytes(tmp_path):
     review.do(Decide(tuple(ids[:4]), Decision.ACCEPTED, "Ada", "2026-01-01T00:00:00+00:00"))
     review.do(Decide((ids[4],), Decision.REJECTED, "Ada", "2026-01-01T00:00:01+00:00"))
     review.do(Annotate(ids[4], "a real turn – no error"))
-    review.do(Edit(ids[0], with_level(review.state.find(ids[0]).interval, 1.234567891234)))
+    review.do(Edit(ids[0], with_median_offset(review.state.find(ids[0]).interval, 1.234567891234)))
     review.do(Insert(constant_interval("LeftLeg", 100, 110, -0.7)))
     path = tmp_path / "walk.twist.json"
     write_session(CLIP, review.state, path)
     session = read_session(path)
-    check_belongs(session, CLIP, CHAINS)
+    check_session_fits_clip(session, CLIP, CHAINS)
     assert session_bytes(CLIP, session.state) == path.read_bytes()
 
     def exported(state):
         motion = accepted_motion(CLIP, CHAINS, state)
-        return rewritten(CLIP, motion).data
+        return patch_clip(CLIP, motion).data
 
     assert exported(session.state) == exported(review.state)
     assert exported(session.state) != CLIP.data
@@ -252,7 +252,7 @@ def test_next_to_nothing_is_saved_alike_before_and_after_a_recovery(tmp_path, of
         for command in (Insert(made), Edit(review.state.intervals[0].id, edited)):
             review.do(command)
             journal.do(command)
-    recovered = recover(tmp_path / "j").review.state
+    recovered = replay_journal(tmp_path / "j").review.state
     assert session_bytes(CLIP, recovered) == session_bytes(CLIP, review.state)
     write_session(CLIP, recovered, tmp_path / "s")
     saved = (tmp_path / "s").read_bytes()
@@ -295,10 +295,10 @@ def test_a_session_of_another_clip_is_refused(tmp_path):
     write_session(CLIP, fresh().state, path)
     other = read_bvh(ASSETS / "walk.bvh")
     with pytest.raises(ClipMismatchError, match="another version"):
-        check_belongs(read_session(path), other, CHAINS)
+        check_session_fits_clip(read_session(path), other, CHAINS)
     session = read_session(path)
     with pytest.raises(ClipMismatchError, match="chain"):
-        check_belongs(replace(session, sha256=other.sha256), other, ())
+        check_session_fits_clip(replace(session, sha256=other.sha256), other, ())
 
 
 def test_overlapping_intervals_are_named():
@@ -316,10 +316,10 @@ def test_overlapping_intervals_are_named():
 def test_following_takes_a_drift_out():
     theta = np.zeros(100)
     theta[40:60] = np.linspace(0.5, 1.5, 20)
-    interval = with_straight_twist(constant_interval("LeftArm", 40, 60, 1.0), theta)
+    interval = with_twist_straightening_offset(constant_interval("LeftArm", 40, 60, 1.0), theta)
     np.testing.assert_allclose(interval.offset, theta[40:60])
-    assert np.ptp(flattened(interval).offset) == 0.0
-    whole = with_straight_twist(constant_interval("LeftArm", 0, 100, 1.0), theta)
+    assert np.ptp(with_constant_offset(interval).offset) == 0.0
+    whole = with_twist_straightening_offset(constant_interval("LeftArm", 0, 100, 1.0), theta)
     np.testing.assert_allclose(whole.offset, 1.0)
 
 

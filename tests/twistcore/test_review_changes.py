@@ -7,7 +7,12 @@ import pytest
 
 from twistcore.detection import Interval
 from twistcore.review import Redetect, start_review
-from twistcore.review.model import constant_interval, flattened, same_offsets, with_level
+from twistcore.review.model import (
+    constant_interval,
+    same_offsets,
+    with_constant_offset,
+    with_median_offset,
+)
 
 ARM, LEG = "Arm", "Leg"
 
@@ -37,14 +42,14 @@ def test_ids_go_on_from_chain_to_chain_and_are_never_given_twice():
 
 
 def test_a_flattened_interval_has_its_median_offset_everywhere():
-    found = flattened(a_soft())
+    found = with_constant_offset(a_soft())
     assert (found.start, found.stop, found.chain) == (10, 17, ARM)
     np.testing.assert_allclose(found.offset, np.full(7, np.radians(10.0)))
 
 
 @pytest.mark.parametrize("degrees", [-30.0, 5.0, 20.0])
 def test_a_soft_interval_is_stretched_to_its_largest_offset(degrees):
-    found = with_level(a_soft(), np.radians(degrees))
+    found = with_median_offset(a_soft(), np.radians(degrees))
     np.testing.assert_allclose(found.offset, a_soft(degrees).offset, atol=1e-12)
     assert found.start == 10
 

@@ -12,7 +12,7 @@ from tests.twistcore.reviews import CARRIED, CHAINS, CLIP, LIMBS, TAU, flip, fre
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.detection import Kind
 from twistcore.errors import ClipMismatchError, FormatError
-from twistcore.export.replay import accepted_motion, check_belongs
+from twistcore.export.replay import accepted_motion, check_session_fits_clip
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import (
     CarryOver,
@@ -27,12 +27,12 @@ from twistcore.review import (
     Track,
     Tracking,
     read_session,
-    recover,
+    replay_journal,
     session_bytes,
     start_review,
     write_session,
 )
-from twistcore.review.model import constant_interval, with_level
+from twistcore.review.model import constant_interval, with_median_offset
 from twistcore.review.reasons import redetected_intervals
 from twistcore.skeleton.motion import forward_kinematics
 
@@ -63,9 +63,9 @@ def test_a_session_with_flips_comes_back_with_kind_and_end(tmp_path):
         assert kinds[7:] == [
             (Kind.COUNTER_TWIST, False), (Kind.LIMB_FLIP, True), (Kind.LIMB_FLIP, False)
         ]  # fmt: skip
-        check_belongs(session, CLIP, (*CHAINS, *LIMBS))
+        check_session_fits_clip(session, CLIP, (*CHAINS, *LIMBS))
         with pytest.raises(ClipMismatchError, match="'LeftUpLeg-LeftFoot'"):
-            check_belongs(session, CLIP, CHAINS)
+            check_session_fits_clip(session, CLIP, CHAINS)
     review.do(Track(None))
     motion = accepted_motion(CLIP, (*CHAINS, *LIMBS), read_session(path).state)
     assert np.abs(forward_kinematics(motion)[1] - forward_kinematics(CLIP.motion)[1]).max() > 1.0
@@ -115,7 +115,7 @@ def test_a_flip_of_a_chain_and_a_twist_of_a_limb_belong_to_no_clip(tmp_path):
         path = tmp_path / "s.json"
         write_session(CLIP, replace(state, intervals=(*others, other)), path)
         with pytest.raises(ClipMismatchError, match=repr(other.interval.chain)):
-            check_belongs(read_session(path), CLIP, every)
+            check_session_fits_clip(read_session(path), CLIP, every)
 
 
 def test_a_journal_keeps_kinds_and_old_ones_open(tmp_path):
@@ -123,7 +123,7 @@ def test_a_journal_keeps_kinds_and_old_ones_open(tmp_path):
     moved = flip(start=150, stop=160, carried=True)
     commands = [
         Insert(moved),
-        Edit(10, with_level(review.state.find(10).interval, 3.0)),
+        Edit(10, with_median_offset(review.state.find(10).interval, 3.0)),
         Redetect({"RightUpLeg-RightFoot": 0.7}, (flip(start=100, stop=109),)),
         CarryOver((Judged(1, CARRIED, Decision.ACCEPTED),), same_clip=True),
     ]
@@ -131,14 +131,14 @@ def test_a_journal_keeps_kinds_and_old_ones_open(tmp_path):
         for command in commands:
             review.do(command)
             journal.do(command)
-    back = recover(tmp_path / "j", CLIP)
+    back = replay_journal(tmp_path / "j", CLIP)
     assert (back.entries, back.damaged) == (4, 0)
     assert session_bytes(CLIP, back.review.state) == session_bytes(CLIP, review.state)
     assert [j.interval.carried for j in back.review.state.of_chain(moved.chain)] == [False, True]
     with closing(Journal(tmp_path / "old", CLIP, fresh().state)) as journal:
         journal.do(Insert(constant_interval("LeftLeg", 100, 110, -0.7)))
     assert b"kind" not in (tmp_path / "old").read_bytes()  # as it was before there were any
-    old = recover(tmp_path / "old", CLIP)
+    old = replay_journal(tmp_path / "old", CLIP)
     assert {j.interval.kind for j in old.review.state.intervals} == {Kind.COUNTER_TWIST}
 
 

@@ -15,13 +15,13 @@ from twistcore.review.model import (
     Judged,
     ReviewState,
     Tracking,
-    as_written,
+    angles_relative_to_neighbours,
     constant_interval,
     overlapping_ids,
-    relative_to_neighbours,
     resized,
-    with_level,
-    with_straight_twist,
+    round_interval_offset,
+    with_median_offset,
+    with_twist_straightening_offset,
 )
 from twistcore.skeleton.rig import AS_FOUND, Rig
 
@@ -130,12 +130,12 @@ def test_from_one_interval_to_the_next_round_the_end():
 
 
 def test_offsets_are_held_as_files_hold_them():
-    written = as_written(made(ARM, 0, 3, 370.0))
+    written = round_interval_offset(made(ARM, 0, 3, 370.0))
     np.testing.assert_allclose(np.degrees(written.offset), 10.0, atol=1e-12)
     fine = replace(FOUND[0], offset=np.radians([1.00000000049, -1e-12, 2.0, 3.0]))
-    degrees = np.degrees(as_written(fine).offset)
+    degrees = np.degrees(round_interval_offset(fine).offset)
     np.testing.assert_allclose(degrees, [1.0, 0.0, 2.0, 3.0], rtol=0, atol=1e-13)
-    assert math.copysign(1.0, as_written(fine).offset[1]) == 1.0
+    assert math.copysign(1.0, round_interval_offset(fine).offset[1]) == 1.0
 
 
 def test_resized_intervals_keep_their_offsets_and_take_the_nearest():
@@ -148,29 +148,33 @@ def test_resized_intervals_keep_their_offsets_and_take_the_nearest():
 
 def test_a_level_is_moved_and_a_soft_course_stretched():
     flat = replace(made(ARM, 0, 4), offset=np.array([0.9, 1.0, 1.0, 1.2]))
-    moved = with_level(flat, 1.5)
+    moved = with_median_offset(flat, 1.5)
     np.testing.assert_allclose(moved.offset, [1.4, 1.5, 1.5, 1.7])
-    over = with_level(flat, math.pi)
+    over = with_median_offset(flat, math.pi)
     np.testing.assert_allclose(over.offset[:3], [math.pi - 0.1, math.pi, math.pi])
     assert over.offset[3] == pytest.approx(0.2 - math.pi)
     soft = replace(made(ARM, 0, 4), offset=np.array([0.1, 0.5, 1.0, 0.2]))
-    np.testing.assert_allclose(with_level(soft, -2.0).offset, [-0.2, -1.0, -2.0, -0.4])
+    np.testing.assert_allclose(with_median_offset(soft, -2.0).offset, [-0.2, -1.0, -2.0, -0.4])
 
 
 def test_twist_off_the_line_between_its_neighbours():
     theta = np.array([0.0, 0.1, 0.7, 0.8, 0.4, 0.5])
-    np.testing.assert_allclose(relative_to_neighbours(theta, 2, 4), [0.5, 0.5])
-    np.testing.assert_allclose(relative_to_neighbours(theta, 0, 2), [-0.7, -0.6])  # level at an end
-    np.testing.assert_allclose(relative_to_neighbours(theta, 4, 6), [-0.4, -0.3])
-    np.testing.assert_allclose(relative_to_neighbours(theta, 0, 6), theta - 0.5)  # all of the clip
+    np.testing.assert_allclose(angles_relative_to_neighbours(theta, 2, 4), [0.5, 0.5])
+    np.testing.assert_allclose(
+        angles_relative_to_neighbours(theta, 0, 2), [-0.7, -0.6]
+    )  # level at an end
+    np.testing.assert_allclose(angles_relative_to_neighbours(theta, 4, 6), [-0.4, -0.3])
+    np.testing.assert_allclose(
+        angles_relative_to_neighbours(theta, 0, 6), theta - 0.5
+    )  # all of the clip
     # The shorter way round.
     turned = np.array([3.0, 0.0, -3.0])
-    assert relative_to_neighbours(turned, 1, 2) == pytest.approx([math.pi])
-    followed = with_straight_twist(made(ARM, 2, 4), theta)
+    assert angles_relative_to_neighbours(turned, 1, 2) == pytest.approx([math.pi])
+    followed = with_twist_straightening_offset(made(ARM, 2, 4), theta)
     np.testing.assert_allclose(followed.offset, [0.5, 0.5])
     assert (followed.start, followed.stop) == (2, 4)
     whole = made(ARM, 0, 6)
-    assert with_straight_twist(whole, theta) is whole
+    assert with_twist_straightening_offset(whole, theta) is whole
 
 
 def test_intervals_that_share_frames_add():

@@ -23,7 +23,7 @@ from twistcore.review import (
     Sign,
 )
 from twistcore.review.commands import Track
-from twistcore.review.left_out import joined_spans, spans_from_json, uncovered_parts
+from twistcore.review.left_out import excluded_spans_from_json, joined_spans, uncovered_parts
 from twistcore.review.model import Tracking
 from twistcore.review.session import tracking_from_json, tracking_to_json
 
@@ -232,10 +232,10 @@ def test_frames_left_out_are_joined_where_they_meet():
         (5, 9),
         (10, 11),
     )
-    assert spans_from_json([[0, 1], (1, 2)]) == ((0, 2),)
+    assert excluded_spans_from_json([[0, 1], (1, 2)]) == ((0, 2),)
     for damaged in ([[1, 2, 3]], [[0, 1.0]], [[2, 1]], [[3, 3]], [[-1, 2]], {"a": 1}, ["ab"], 7):
         with pytest.raises(FormatError, match="left_out"):
-            spans_from_json(damaged)
+            excluded_spans_from_json(damaged)
     done = review()
     done.do(LeaveOut(((0, 1), (1, 4))))
     assert done.state.left_out == ((0, 4),)

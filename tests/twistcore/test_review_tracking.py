@@ -16,18 +16,18 @@ from tests.twistcore.reviews import CHAINS, CLIP, fresh
 from twistcore.analysis.correction.twist_removal import refine
 from twistcore.cli import main
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
-from twistcore.export.replay import accepted_motion, check_belongs
+from twistcore.export.replay import accepted_motion, check_session_fits_clip
 from twistcore.export.tracking import (
     DEMONSTRATION,
     check_tracking,
+    network_weights_identifier,
     traced_motion,
     tracked_motion,
-    weights_mark,
 )
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
 from twistcore.quamo import Gains, HandGains, track, track_both_ways
-from twistcore.quamo.track_clip import track_by_hand
+from twistcore.quamo.track_clip import track_with_hand_gains
 from twistcore.report.clip_report import write_clip_report
 from twistcore.report.document import Report
 from twistcore.review import (
@@ -37,7 +37,7 @@ from twistcore.review import (
     Track,
     Tracking,
     read_session,
-    recover,
+    replay_journal,
     session_bytes,
     write_session,
 )
@@ -46,7 +46,7 @@ from twistcore.review.session import session_from_document, tracking_to_json
 
 JOINTS = ("LeftForeArm", "LeftHand")
 HAND = Tracking(JOINTS, kp=700.0, kd=20.0)
-LEARNED = Tracking(("LeftArm", "LeftForeArm"), learned=True, weights=weights_mark())
+LEARNED = Tracking(("LeftArm", "LeftForeArm"), learned=True, weights=network_weights_identifier())
 BOTH = replace(HAND, causal=False, place=True)
 BOTH_LEARNED = replace(LEARNED, causal=False, place=True)
 SPLINE = replace(BOTH, spline=True, cutoff=5.0)
@@ -69,7 +69,7 @@ def test_it_comes_after_the_correction_and_changes_no_other_joint():
     at = [CLIP.motion.skeleton.index(name) for name in JOINTS]
     others = np.setdiff1d(np.arange(len(CLIP.motion.skeleton)), at)
     np.testing.assert_array_equal(found.rotations[:, others], refined.rotations[:, others])
-    raw = track_by_hand(CLIP.motion, np.array(at), first=1).motion
+    raw = track_with_hand_gains(CLIP.motion, np.array(at), first=1).motion
     assert np.abs(found.rotations[:, at] - refined.rotations[:, at]).max() > 1e-3
     assert np.abs(found.rotations[:, at] - raw.rotations[:, at]).max() > 0.1
     np.testing.assert_array_equal(found.rotations[0], refined.rotations[0])  # the T-pose
@@ -106,7 +106,7 @@ def test_the_journal_brings_it_back(tmp_path, tracking):
         for command in (Track(HAND), Track(None), Track(tracking)):
             review.do(command)
             journal.do(command)
-    found = recover(path)
+    found = replay_journal(path)
     assert (found.entries, found.damaged) == (3, 0)
     assert found.review.state.tracking == tracking
     found.review.undo()
@@ -243,7 +243,7 @@ def test_a_session_that_cannot_be_replayed_here_says_why(tmp_path, tracking, why
     path = tmp_path / "a.twist.json"
     write_session(CLIP, review.state, path)
     with pytest.raises(ClipMismatchError, match=why):
-        check_belongs(read_session(path), CLIP, CHAINS)
+        check_session_fits_clip(read_session(path), CLIP, CHAINS)
 
 
 def test_a_joint_with_an_endless_name_is_told_in_a_short_sentence():
@@ -297,7 +297,7 @@ def test_the_demonstration_says_what_the_table_of_the_docs_says():
     [
         (HAND, "causal, hand-set gains κP 700, κD 20, κA 0"),
         (BOTH, "the position of the figure, both ways, hand-set gains κP 700, κD 20, κA 0"),
-        (LEARNED, f"causal, learned gains (networks {weights_mark()})"),
+        (LEARNED, f"causal, learned gains (networks {network_weights_identifier()})"),
     ],
 )
 def test_the_report_says_what_was_tracked_and_that_it_came_afterwards(tmp_path, tracking, said):

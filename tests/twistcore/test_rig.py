@@ -26,12 +26,12 @@ from twistcore.review import (
     Redetect,
     Review,
     read_session,
-    recover,
+    replay_journal,
     session_bytes,
     write_session,
 )
 from twistcore.review.model import constant_interval
-from twistcore.review.other_chains import changed_chains
+from twistcore.review.other_chains import chain_change_command
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.limb import Limb, find_limbs
 from twistcore.skeleton.rig import (
@@ -41,7 +41,7 @@ from twistcore.skeleton.rig import (
     read_rig,
     rig_from_json,
     rig_to_json,
-    skeleton_mark,
+    skeleton_hash,
     write_rig,
 )
 from twistcore.synthesis import InjectedError, inject
@@ -60,7 +60,7 @@ def changed(clip, review, rig):
     """The review taken to other chains, and its analysis then."""
     before = analyse(clip, rig=review.state.rig)
     after = before.with_rig(rig)
-    review.do(changed_chains(before, after, review.state))
+    review.do(chain_change_command(before, after, review.state))
     return after
 
 
@@ -255,20 +255,20 @@ def test_a_journal_has_the_change_and_its_undo(tmp_path, dirty_walk, review):
     journal = Journal(path, dirty_walk, review.state)
     before = analyse(dirty_walk)
     after = before.with_rig(OWN)
-    command = changed_chains(before, after, review.state, "Other chains")
+    command = chain_change_command(before, after, review.state, "Other chains")
     began = session_bytes(dirty_walk, review.state)
     review.do(command)
     journal.do(command)
-    again = recover(path, dirty_walk)
+    again = replay_journal(path, dirty_walk)
     assert (again.damaged, again.review.undo_text) == (0, "Other chains")
     assert session_bytes(dirty_walk, again.review.state) == session_bytes(dirty_walk, review.state)
     journal.append({"undo": True})
-    undone = recover(path, dirty_walk).review
+    undone = replay_journal(path, dirty_walk).review
     assert session_bytes(dirty_walk, undone.state) == began
     journal.append({"redo": True})
     journal.append({"session": json.loads(began)})  # an undo of what the journal does not know
     journal.close()
-    recovered = recover(path, dirty_walk)
+    recovered = replay_journal(path, dirty_walk)
     assert recovered.damaged == 0
     assert session_bytes(dirty_walk, recovered.review.state) == began
 
@@ -280,8 +280,8 @@ def test_a_journal_with_chains_that_the_clip_has_not_counts_until_there(
     journal = Journal(path, dirty_walk, review.state)
     for rig, tau in ((Rig(remove=("Tail",)), {}), (OWN, {"LeftArm": 0.1})):
         journal.do(ChangeChains(rig, tau, (), ()))
-        assert recover(path, dirty_walk).damaged > 0
-        assert recover(path, dirty_walk).entries == 0
+        assert replay_journal(path, dirty_walk).damaged > 0
+        assert replay_journal(path, dirty_walk).entries == 0
     journal.close()
 
 
@@ -313,11 +313,11 @@ def test_a_file_holds_any_name(tmp_path_factory, walk):
 
 def test_the_mark_of_a_skeleton_is_that_of_its_joints(walk, dirty_walk):
     dance = read_bvh(ASSETS / "dance.bvh")
-    mark = skeleton_mark(walk.motion.skeleton)
-    assert mark == skeleton_mark(dirty_walk.motion.skeleton)
+    mark = skeleton_hash(walk.motion.skeleton)
+    assert mark == skeleton_hash(dirty_walk.motion.skeleton)
     assert len(mark) == 64
     same = walk.motion.skeleton.names == dance.motion.skeleton.names
-    assert (mark == skeleton_mark(dance.motion.skeleton)) == same
+    assert (mark == skeleton_hash(dance.motion.skeleton)) == same
 
 
 @pytest.mark.parametrize(

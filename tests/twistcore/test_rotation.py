@@ -6,7 +6,7 @@ from hypothesis import given
 from scipy.spatial.transform import Rotation
 
 from tests.twistcore.strategies import angles, axes, orders, quaternions
-from twistcore.detection.evidence.chain_signals import wrapped
+from twistcore.detection.evidence.chain_signals import wrap_degrees
 from twistcore.skeleton import rotation as rot
 
 
@@ -116,13 +116,15 @@ def test_logarithms_of_many_and_of_next_to_nothing():
 def test_continuous_quaternions_never_change_their_side():
     turns = rot.quaternion_from_axis_angle([0.0, 0.0, 1.0], 0.3 * np.arange(40))
     signs = np.where(np.arange(40) % 3 == 1, -1.0, 1.0)[:, None]
-    np.testing.assert_allclose(rot.continuous_signs(signs * turns), turns)
-    np.testing.assert_allclose(rot.continuous_signs(-signs * turns), -turns)
+    np.testing.assert_allclose(rot.continuous_quaternion_signs(signs * turns), turns)
+    np.testing.assert_allclose(rot.continuous_quaternion_signs(-signs * turns), -turns)
     both = np.stack([signs * turns, turns], axis=1)
-    np.testing.assert_allclose(rot.continuous_signs(both), np.stack([turns, turns], axis=1))
+    np.testing.assert_allclose(
+        rot.continuous_quaternion_signs(both), np.stack([turns, turns], axis=1)
+    )
     right = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [1, 0, 0, 0]])  # at a right angle: left alone
-    np.testing.assert_array_equal(rot.continuous_signs(right), right)
-    assert rot.continuous_signs(turns[:1]).shape == (1, 4)
+    np.testing.assert_array_equal(rot.continuous_quaternion_signs(right), right)
+    assert rot.continuous_quaternion_signs(turns[:1]).shape == (1, 4)
 
 
 def test_the_largest_and_the_rms_of_angles_the_shorter_way_round():
@@ -181,7 +183,7 @@ def test_vector_lengths_equal_those_of_numpy_bit_for_bit(shape):
     [30.0, 200.0, np.linspace(-170.0, 170.0, 30), np.linspace(-600.0, 600.0, 31), [np.nan, 400.0]],
 )
 def test_wrapped_degrees_equal_the_remainder_bit_for_bit(degrees):
-    found = wrapped(degrees)
+    found = wrap_degrees(degrees)
     expected = (np.asarray(degrees) + 180.0) % 360.0 - 180.0
     assert found.shape == np.shape(degrees)
     assert np.array_equal(found, expected, equal_nan=True)
@@ -234,7 +236,7 @@ def test_single_precision_is_computed_in_double():
     for of, *given_values in (
         (rot.wrap, turns), (rot.wrap, turns[:9]), (rot.largest_and_rms, turns),
         (rot.multiply, p, q), (rot.conjugate, q), (rot.rotate, q, v), (rot.normalise, v),
-        (rot.continuous_signs, q), (rot.quaternion_from_axis_angle, a, turns[:9]),
+        (rot.continuous_quaternion_signs, q), (rot.quaternion_from_axis_angle, a, turns[:9]),
         (rot.exponential, v), (rot.logarithm, q), (rot.matrix_from_quaternion, q),
         (rot.twist_angle, q, a), (rot.twist_reliability, q, a), (rot.geodesic_angle, p, q),
     ):  # fmt: skip

@@ -3,7 +3,7 @@
 import pytest
 
 from twistcore.detection.noise_bursts import NoiseBurst
-from twistcore.detection.runs import overlapping
+from twistcore.detection.runs import group_overlapping_spans
 
 
 @pytest.mark.parametrize(
@@ -17,9 +17,9 @@ from twistcore.detection.runs import overlapping
 )
 def test_groups_are_apart_by_so_many_frames(apart, groups):
     spans = [NoiseBurst(0, a, b, 1.0) for group in groups for a, b in group]
-    found = overlapping(spans, apart)
+    found = group_overlapping_spans(spans, apart)
     assert [[(s.start, s.stop) for s in group] for group in found] == groups
 
 
 def test_of_nothing_there_is_no_group():
-    assert overlapping([]) == []
+    assert group_overlapping_spans([]) == []

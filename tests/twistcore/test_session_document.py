@@ -28,14 +28,14 @@ from twistcore.detection import Kind
 from twistcore.errors import FormatError, TwistError
 from twistcore.review.model import Decision, Judged, Tracking
 from twistcore.review.session import (
-    degrees_to_json,
     interval_from_json,
     interval_to_json,
     judged_from_json,
     judged_to_json,
     needs_both_ways_schema,
+    radians_to_json_degrees,
     read_session,
-    read_session_file,
+    read_session_with_hash,
     session_bytes,
     session_document,
     session_from_document,
@@ -263,7 +263,7 @@ def test_a_file_is_written_whole_and_read_with_the_mark_of_its_bytes(tmp_path):
     data = path.read_bytes()
     assert data == session_bytes(CLIP, TWISTS)
     assert json.loads(data) == document()
-    session, mark = read_session_file(path)
+    session, mark = read_session_with_hash(path)
     assert mark == hashlib.sha256(data).hexdigest()
     assert session_bytes(CLIP, session.state) == data
     assert session_bytes(CLIP, read_session(path).state) == data
@@ -289,9 +289,9 @@ def test_what_is_no_session_file_is_told_by_its_kind(tmp_path):
 
 
 def test_angles_are_degrees_with_nine_decimals_and_no_minus_nothing():
-    assert degrees_to_json(math.radians(12.3456789014)) == 12.345678901
-    assert degrees_to_json(math.radians(-12.3456789016)) == -12.345678902
-    assert [math.copysign(1.0, degrees_to_json(x)) for x in (-0.0, -1e-12)] == [1.0, 1.0]
+    assert radians_to_json_degrees(math.radians(12.3456789014)) == 12.345678901
+    assert radians_to_json_degrees(math.radians(-12.3456789016)) == -12.345678902
+    assert [math.copysign(1.0, radians_to_json_degrees(x)) for x in (-0.0, -1e-12)] == [1.0, 1.0]
     tau = {"a": math.radians(2.25), LIMB: 1.0}
     assert tau_to_json(tau) == {"a": 2.25, LIMB: 57.295779513}
     assert tau_from_json({"a": 180, "b": 1e-3}) == {"a": math.pi, "b": math.radians(1e-3)}

@@ -14,7 +14,7 @@ from twistcore.detection import smoothed_spans as smoothed_module
 from twistcore.detection.smoothed_spans import smoothed_spans
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.notes import SMOOTHED
-from twistcore.skeleton.rotation import continuous_signs, normalise
+from twistcore.skeleton.rotation import continuous_quaternion_signs, normalise
 
 DANCE = read_bvh(ASSETS / "dance.bvh").motion
 ARM, OTHER = DANCE.skeleton.index("LeftArm"), DANCE.skeleton.index("RightLeg")
@@ -24,7 +24,7 @@ START, STOP = 150, 300
 def smoothed(*joints, seconds=0.1, motion=DANCE):
     """The motion with joints smoothed by a Gaussian in [START, STOP)."""
     rotations, at = motion.rotations.copy(), slice(START, STOP)
-    q = continuous_signs(rotations[:, list(joints)])
+    q = continuous_quaternion_signs(rotations[:, list(joints)])
     even = gaussian_filter1d(q, seconds * motion.fps, axis=0, mode="nearest")
     rotations[at, list(joints)] = normalise(even[at])
     return motion.with_rotations(rotations)

@@ -12,7 +12,7 @@ from tests.twistcore.test_silent_errors import bump, put_in
 from tests.twistcore.test_silent_errors import made as with_hinges
 from tests.twistcore.test_surprise import FRAMES, bad_frames, made
 from twistcore.detection.limbs import Limbs
-from twistcore.detection.soft_errors import Known, search, soft_intervals
+from twistcore.detection.soft_errors import Known, search_soft_errors, soft_intervals
 from twistcore.detection.soft_errors.natural_scale import unlikely_increments
 from twistcore.detection.soft_errors.soft_error import SoftError
 from twistcore.detection.soft_errors.soft_intervals import (
@@ -26,7 +26,7 @@ from twistcore.detection.soft_errors.soft_intervals import (
     soft_confidence,
     soft_interval,
 )
-from twistcore.detection.soft_errors.soft_search import gains
+from twistcore.detection.soft_errors.soft_search import natural_motion_costs
 from twistcore.detection.twist_increments import twist_increments
 
 DEGREE = math.pi / 180.0
@@ -133,7 +133,7 @@ def test_frames_under_a_span_that_departs_too_far():
     wanted = np.zeros((6, FRAMES), dtype=bool)
     for k, a in enumerate(s.at):
         for row in range(6):
-            for j, gain in enumerate(gains(s, k, np.array([row]))[0]):
+            for j, gain in enumerate(natural_motion_costs(s, k, np.array([row]))[0]):
                 if gain > 18.0:
                     first = j * a.natural.span.step
                     wanted[row, first : first + a.natural.span.length + 2 * 2 + 1] = True
@@ -313,7 +313,7 @@ def test_where_nothing_lively_is_found_it_is_not_sought_again(monkeypatch):
 
 
 def soft_of(s, known=(), limbs=None):
-    searched = search(limbs or s.limbs, s.fps, s.cut, known)
+    searched = search_soft_errors(limbs or s.limbs, s.fps, s.cut, known)
     return searched.found, searched.replaced
 
 
@@ -441,7 +441,7 @@ def test_what_is_found_is_judged_by_increments_as_captured(sought, monkeypatch):
         assert cut is s.cut
         return replace(error, unsure=True)
 
-    monkeypatch.setattr(soft_intervals, "marked_if_unsure", judge)
+    monkeypatch.setattr(soft_intervals, "mark_error_if_unsure", judge)
     sought.found = [soft(1, 100, 20, 0.3), soft(5, 180, 9, 0.3)]
     found, _ = soft_of(s, [Known(0, 30, np.full(9, 0.1))])
     assert [f.row for f in found] == [2, 1, 5]

@@ -15,8 +15,12 @@ from twistcore.analysis.clip_analysis import ClipAnalysis, analyse
 from twistcore.analysis.correction.twist_removal import automatic_corrections, refine, remove_twist
 from twistcore.cli import main
 from twistcore.detection.consistency.detector import _limbs, _lines
-from twistcore.detection.soft_errors import Known, search
-from twistcore.detection.soft_errors.silent_joints import error_runs, level_if_silent, silent_sides
+from twistcore.detection.soft_errors import Known, search_soft_errors
+from twistcore.detection.soft_errors.silent_joints import (
+    accumulated_twist_if_silent,
+    silent_joint_by_chain,
+    silent_joint_error_runs,
+)
 from twistcore.detection.soft_errors.surprise import Surprise
 from twistcore.formats.bvh import read_bvh, write_motion
 from twistcore.skeleton.chain import find_chains
@@ -28,7 +32,14 @@ from twistcore.skeleton.rotation import (
     quaternion_from_axis_angle,
     wrap,
 )
-from twistcore.synthesis import draw_errors, enrich, generator, inject, parse_protocol, prepare
+from twistcore.synthesis import (
+    add_counterpart_twist,
+    apply_protocol_options,
+    clip_random_generator,
+    draw_errors,
+    inject,
+    parse_protocol,
+)
 
 CLIPS = sorted(
     p.relative_to(ASSETS).as_posix()
@@ -46,8 +57,8 @@ def clip(name, kind="plain"):
     motion = read_bvh(ASSETS / name).motion
     motion = motion.sliced(1, motion.frames)
     if kind == "rich":
-        return enrich(motion, find_chains(motion))
-    return prepare(motion, (), parse_protocol("H1")) if kind == "30 Hz" else motion
+        return add_counterpart_twist(motion, find_chains(motion))
+    return apply_protocol_options(motion, (), parse_protocol("H1")) if kind == "30 Hz" else motion
 
 
 def chain_of(motion, name):
@@ -132,7 +143,7 @@ def test_what_a_silent_joint_tells_is_sure():
 @pytest.mark.parametrize("fps", [30, 60])
 def test_at_lower_rates_too(fps):
     base = clip("walk.bvh")
-    motion = prepare(base, (), parse_protocol("H1" if fps == 30 else "H2"))
+    motion = apply_protocol_options(base, (), parse_protocol("H1" if fps == 30 else "H2"))
     inside, outside, elsewhere = left_of("LeftUpLeg", 30, step(14, width=4), motion)
     assert np.degrees(max(inside.max(), outside.max(), elsewhere)) < 0.15
 
@@ -269,17 +280,20 @@ def test_a_joint_that_never_twists_is_silent_one_that_rests_is_not():
     turning = np.radians(0.5) * np.sin(np.arange(400) / 9.0)
     never = np.zeros(400)
     np.testing.assert_allclose(
-        level_if_silent(never, turning, np.zeros(len(never), dtype=bool)), 0.0
+        accumulated_twist_if_silent(never, turning, np.zeros(len(never), dtype=bool)), 0.0
     )
     rests = turning[::-1].copy()
     rests[100:200] = 0.0
-    assert level_if_silent(rests, turning, np.zeros(len(rests), dtype=bool)) is None
+    assert accumulated_twist_if_silent(rests, turning, np.zeros(len(rests), dtype=bool)) is None
     halts = turning[::-1].copy()
     halts[::25] = 0.0  # now and then, at its turning points as well
-    assert level_if_silent(halts, turning, np.zeros(len(halts), dtype=bool)) is None
+    assert accumulated_twist_if_silent(halts, turning, np.zeros(len(halts), dtype=bool)) is None
     both_rest = turning.copy()
     both_rest[100:300] = 0.0
-    assert level_if_silent(both_rest, both_rest, np.zeros(len(both_rest), dtype=bool)) is None
+    assert (
+        accumulated_twist_if_silent(both_rest, both_rest, np.zeros(len(both_rest), dtype=bool))
+        is None
+    )
 
 
 def test_the_level_of_a_silent_joint_is_that_of_most_frames():
@@ -288,16 +302,18 @@ def test_the_level_of_a_silent_joint_is_that_of_most_frames():
     level[150:240] = THIRTY * np.sin(np.linspace(0.0, np.pi, 90))
     silent = np.diff(level, prepend=0.0)
     np.testing.assert_allclose(
-        level_if_silent(silent, turning, np.zeros(len(silent), dtype=bool)), level, atol=1e-9
+        accumulated_twist_if_silent(silent, turning, np.zeros(len(silent), dtype=bool)),
+        level,
+        atol=1e-9,
     )
     nowhere = np.zeros(400, dtype=bool)
-    ((start, stop),) = error_runs(level, nowhere)
+    ((start, stop),) = silent_joint_error_runs(level, nowhere)
     assert start <= 150
     assert stop >= 240
-    assert error_runs(0.04 * level, nowhere) == []  # 1.2°: less than is asked for
+    assert silent_joint_error_runs(0.04 * level, nowhere) == []  # 1.2°: less than is asked for
     cut = nowhere.copy()
     cut[200] = True
-    assert error_runs(level, cut) == [(start, 200), (200, stop)]
+    assert silent_joint_error_runs(level, cut) == [(start, 200), (200, stop)]
 
 
 def surprise_of(motion, name="LeftArm", cut=None):
@@ -313,10 +329,10 @@ def surprise_of(motion, name="LeftArm", cut=None):
 def test_the_rig_of_the_samples_has_silent_joints_and_made_rich_it_has_none():
     for name in CLIPS:
         surprise, rows = surprise_of(clip(name))
-        sides = {n: silent_sides(surprise).get(r) for n, r in rows.items()}
+        sides = {n: silent_joint_by_chain(surprise).get(r) for n, r in rows.items()}
         assert {s for n, s in sides.items() if n.endswith("Arm") and "Fore" not in n} == {-1}
         assert {s for n, s in sides.items() if n.endswith("ForeArm")} == {1}
-        assert silent_sides(surprise_of(clip(name, "rich"))[0]) == {}
+        assert silent_joint_by_chain(surprise_of(clip(name, "rich"))[0]) == {}
 
 
 @pytest.mark.parametrize(("fill", "least"), [("GH", 8.0), ("GI", 3.0)])
@@ -324,10 +340,12 @@ def test_a_joint_held_over_gaps_is_not_the_silent_one(fill, least):
     motion, chains = clip("walk.bvh"), find_chains(clip("walk.bvh"))
     chain = chain_of(motion, "RightArm")
     for seed in (0, 1):
-        errors = draw_errors(motion, [chain], generator(seed, "walk", 6), parse_protocol(fill))
+        errors = draw_errors(
+            motion, [chain], clip_random_generator(seed, "walk", 6), parse_protocol(fill)
+        )
         dirty = inject(motion, chains, errors)
         surprise, rows = surprise_of(dirty)
-        assert silent_sides(surprise)[rows["RightArm"]] == -1
+        assert silent_joint_by_chain(surprise)[rows["RightArm"]] == -1
         _, total = found_in(dirty)
         full = np.zeros(motion.frames)
         for e in errors:
@@ -341,7 +359,7 @@ def test_a_joint_held_over_gaps_is_not_the_silent_one(fill, least):
 def test_jumps_paired_wrongly_do_not_hide_that_a_joint_is_silent():
     motion, chains = clip("kick.bvh"), find_chains(clip("kick.bvh"))
     chain = chain_of(motion, "RightForeArm")
-    errors = draw_errors(motion, [chain], generator(0, "kick", 7), parse_protocol("D"))
+    errors = draw_errors(motion, [chain], clip_random_generator(0, "kick", 7), parse_protocol("D"))
     dirty = inject(motion, chains, errors)
     full = np.zeros(motion.frames)
     for e in errors:
@@ -359,10 +377,10 @@ def test_what_is_known_rightly_stays_and_what_is_known_wrongly_is_replaced():
     surprise, rows = surprise_of(dirty, "RightForeArm")
     row, cut = rows["RightForeArm"], surprise.cut
     known = Known(row, 150, SHAPES["ramp of 8"])
-    right = search(surprise.limbs, FPS, cut, [known])
+    right = search_soft_errors(surprise.limbs, FPS, cut, [known])
     assert (right.found, right.replaced) == ([], [])
     wrong = Known(row, 150, 0.5 * SHAPES["ramp of 8"])
-    searched = search(surprise.limbs, FPS, cut, [wrong])
+    searched = search_soft_errors(surprise.limbs, FPS, cut, [wrong])
     (found,) = searched.found
     assert found.row == row
     np.testing.assert_allclose(found.offset, full[found.start : found.stop], atol=np.radians(0.1))
@@ -421,7 +439,7 @@ def test_a_clip_too_short_for_any_span_is_left_alone():
     motion = clip("walk.bvh").sliced(0, 20)
     surprise, _ = surprise_of(motion)
     assert surprise.spans == ()
-    none = search(surprise.limbs, FPS, surprise.cut, [])
+    none = search_soft_errors(surprise.limbs, FPS, surprise.cut, [])
     assert (none.found, none.replaced) == ([], [])
     assert soft_of(motion) == []
 

@@ -12,15 +12,15 @@ from tests.conftest import ASSETS
 from tests.messages import names_in_one_line, numbers
 from twistcore.analysis.clip_analysis import analyse, detect
 from twistcore.analysis.correction.twist_removal import remove_twist
-from twistcore.analysis.why_not import Why, why_not
+from twistcore.analysis.why_not import Why, why_no_interval_edge
 from twistcore.cli import main
 from twistcore.detection import Interval
 from twistcore.detection.consistency.chain_analysis import FixedInterval
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
 from twistcore.review import Review
-from twistcore.review.model import with_level
-from twistcore.review.soft_onset import onset_frames, soft_onset
+from twistcore.review.model import with_median_offset
+from twistcore.review.soft_onset import describe_soft_onset, rise_and_fall_frames
 from twistcore.skeleton.chain import find_chains
 
 CLIP = read_bvh(ASSETS / "walk.bvh")
@@ -47,26 +47,26 @@ def ramped():
 
 def test_how_long_an_onset_takes_and_how_many_times_its_scale_it_is():
     course = np.radians([0.0, 0.4, 0.5, 5.0, 9.0, 10.0, 10.0, 8.9, 0.5, 0.4])
-    assert onset_frames(course) == (3, 3)
-    assert onset_frames(-course[::-1]) == (3, 3)
-    assert onset_frames(np.array([0.0, 0.0, 1.0, 1.0])) == (1, 1)
+    assert rise_and_fall_frames(course) == (3, 3)
+    assert rise_and_fall_frames(-course[::-1]) == (3, 3)
+    assert rise_and_fall_frames(np.array([0.0, 0.0, 1.0, 1.0])) == (1, 1)
 
     def told(sigma):
         evidence = {**EVIDENCE, "sigma_deg": sigma}
-        return soft_onset(Interval("A", 0, 10, course, 0.9, explain=evidence.copy))
+        return describe_soft_onset(Interval("A", 0, 10, course, 0.9, explain=evidence.copy))
 
     assert names_in_one_line(told(1.0), " 3 frames", "10 times", "1.00°")
     assert names_in_one_line(told(1.02), "9.8 times", "1.02°")
     assert "20 times" in told(0.5)
     sudden = Interval("A", 0, 4, np.radians([0.0, 5.0, 5.0, 1.0]), 0.9, explain=EVIDENCE.copy)
-    assert numbers(soft_onset(sudden))[:2] == [1, 2]
+    assert numbers(describe_soft_onset(sudden))[:2] == [1, 2]
 
 
 def test_an_onset_is_told_in_plain_words():
-    assert onset_frames(RAMP) == (12, 12)
-    assert onset_frames(np.zeros(0)) == (0, 0)
-    assert numbers(soft_onset(soft(-RAMP))) == [12, 12, 34, 78, 156, 0.5]
-    assert soft_onset(level(20.0)) == ""
+    assert rise_and_fall_frames(RAMP) == (12, 12)
+    assert rise_and_fall_frames(np.zeros(0)) == (0, 0)
+    assert numbers(describe_soft_onset(soft(-RAMP))) == [12, 12, 34, 78, 156, 0.5]
+    assert describe_soft_onset(level(20.0)) == ""
 
 
 def test_a_soft_interval_is_shown_by_its_largest_offset_and_an_ordinary_one_by_its_median():
@@ -80,9 +80,9 @@ def test_a_soft_interval_is_shown_by_its_largest_offset_and_an_ordinary_one_by_i
 
 
 def test_its_course_is_stretched_where_an_ordinary_one_is_moved():
-    edited = with_level(soft(), np.radians(-39.0))
+    edited = with_median_offset(soft(), np.radians(-39.0))
     np.testing.assert_allclose(edited.offset, -0.5 * RAMP, atol=1e-12)
-    assert with_level(level(20.0), 1.0).delta == pytest.approx(1.0)
+    assert with_median_offset(level(20.0), 1.0).delta == pytest.approx(1.0)
 
 
 def test_explain_and_json_have_soft_intervals(ramped, tmp_path, capsys):
@@ -122,7 +122,7 @@ def test_below_tau_a_soft_error_is_named_at_its_peak(ramped):
     (error,) = standing
     found = clip.detect(tau_radians={"RightLeg": error.strength + 0.01})
     assert not [i for i in found if i.chain == "RightLeg" and i.start == error.interval.start]
-    reason = why_not(found, "RightLeg", error.peak)
+    reason = why_no_interval_edge(found, "RightLeg", error.peak)
     assert reason.why == Why.BELOW
 
 
@@ -145,7 +145,7 @@ def test_an_edge_of_what_gave_way_names_what_stands_instead(chain, why):
     clip._by_method["consistency"] = replace(analysis, chains=chains, witnesses={})
     found = clip.detect()
     assert [i.start for i in found if i.chain == "RightForeArm"] == [123] * (why == Why.OTHER)
-    reason = why_not(found, "RightForeArm", 120)
+    reason = why_no_interval_edge(found, "RightForeArm", 120)
     assert (reason.why, reason.suspicious) == (why, why == Why.OTHER)
     own, other = "frames 120–140 (−28.6°)", f"frames {error.start}–{error.stop}"
     assert names_in_one_line(reason.text, own, other)

@@ -11,7 +11,12 @@ from tests.twistcore.test_surprise import FRAMES, made
 from twistcore.detection.soft_errors import soft_search
 from twistcore.detection.soft_errors.explanations import LEVELS, TO_BEGIN, Explanations, Seed
 from twistcore.detection.soft_errors.soft_error import SoftError
-from twistcore.detection.soft_errors.soft_search import OVER, Search, gains, search_all
+from twistcore.detection.soft_errors.soft_search import (
+    OVER,
+    Search,
+    explain_seeds_of_limbs,
+    natural_motion_costs,
+)
 
 DEGREE = math.pi / 180.0
 
@@ -68,7 +73,7 @@ def erring(seed, many=5):
 def plain_seed(s, row, k, done, near=(0, FRAMES)):
     best = None
     span = s.at[k].natural.span
-    for j, gain in enumerate(gains(s, k, np.array([row]))[0].tolist()):
+    for j, gain in enumerate(natural_motion_costs(s, k, np.array([row]))[0].tolist()):
         middle = span.step * j + span.reach + span.length // 2
         if (row, middle) in done or not near[0] <= middle <= near[1] or gain <= 0.0:
             continue
@@ -146,7 +151,7 @@ def plain_run(s, limb, in_vain):
 
 
 def all_found(search):
-    search_all([search], search._surprise, math.inf)
+    explain_seeds_of_limbs([search], search._surprise, math.inf)
     return search.found
 
 
@@ -258,7 +263,7 @@ def test_limbs_searched_together_find_what_each_finds_alone(seed):
     alone = [all_found(search) for search in searches_of(two_limbs(seed))]
     s = two_limbs(seed)
     together = searches_of(s)
-    assert search_all(together, s, math.inf)
+    assert explain_seeds_of_limbs(together, s, math.inf)
     for search, wanted in zip(together, alone, strict=True):
         found = [(f.row, f.start, f.stop, f.gain) for f in search.found]
         assert found == [(w.row, w.start, w.stop, w.gain) for w in wanted]
@@ -270,12 +275,12 @@ def test_a_budget_ends_the_search_where_seeds_say_least(monkeypatch, budget):
     s = two_limbs(4)
     with monkeypatch.context() as patch:
         every = counted(patch, s)
-        search_all(searches_of(s), s, math.inf)
+        explain_seeds_of_limbs(searches_of(s), s, math.inf)
     s = two_limbs(4)
     s.work = 777  # of an earlier round
     told = counted(monkeypatch, s)
     searches = searches_of(s)
-    assert not search_all(searches, s, budget)
+    assert not explain_seeds_of_limbs(searches, s, budget)
     assert told == every[: -(-budget // 10)]
     assert len(told) < len(every)
 
@@ -284,7 +289,7 @@ def test_the_search_says_which_frames_it_did_not_look_at(monkeypatch):
     s = two_limbs(4)
     counted(monkeypatch, s)
     searches = searches_of(s)
-    search_all(searches, s, 15)
+    explain_seeds_of_limbs(searches, s, 15)
     tops = [top for search in searches if (top := search.next()) is not None]
     assert tops
     left = np.array([search.left() for search in searches])

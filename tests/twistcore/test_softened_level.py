@@ -11,11 +11,11 @@ from twistcore.detection.soft_errors import softened_level
 from twistcore.detection.soft_errors.softened_level import (
     KERNELS,
     Level,
-    all_fitted,
-    filtered,
-    guess,
+    filtered_unit_step,
+    fit_softened_levels,
+    guess_softened_level,
     level_courses,
-    ramp,
+    linear_unit_ramp,
 )
 
 FRAMES = 80
@@ -23,7 +23,7 @@ FRAMES = 80
 
 def test_a_ramp_rises_evenly_within_one_unit():
     t = np.array([-9.0, -0.5, -0.25, 0.0, 0.25, 0.5, 9.0])
-    np.testing.assert_allclose(ramp(t), [0.0, 0.0, 0.25, 0.5, 0.75, 1.0, 1.0])
+    np.testing.assert_allclose(linear_unit_ramp(t), [0.0, 0.0, 0.25, 0.5, 0.75, 1.0, 1.0])
 
 
 @pytest.mark.parametrize("period", [20.0, 37.0])
@@ -31,18 +31,18 @@ def test_the_filtered_step_is_what_a_filter_run_both_ways_makes_of_it(period):
     step = np.r_[np.zeros(400), np.ones(400)]
     sos = butter(2, 1.0 / period, fs=1.0, output="sos")
     t = (np.arange(800) - 399.5) / period
-    np.testing.assert_allclose(filtered(t), sosfiltfilt(sos, step), atol=6e-3)
-    assert filtered(np.array(0.0)) == pytest.approx(0.5)
+    np.testing.assert_allclose(filtered_unit_step(t), sosfiltfilt(sos, step), atol=6e-3)
+    assert filtered_unit_step(np.array(0.0)) == pytest.approx(0.5)
     away = math.pi * math.sqrt(2.0) * 0.1
     wanted = 0.5 * math.exp(-away) * math.cos(away)
-    np.testing.assert_allclose(filtered(np.array([-0.1, 0.1])), [wanted, 1.0 - wanted])
+    np.testing.assert_allclose(filtered_unit_step(np.array([-0.1, 0.1])), [wanted, 1.0 - wanted])
 
 
 def test_levels_are_looked_at_as_ramps_and_as_filtered_ones():
-    assert (ramp, filtered) == KERNELS
+    assert (linear_unit_ramp, filtered_unit_step) == KERNELS
 
 
-@pytest.mark.parametrize("kernel", [ramp, filtered])
+@pytest.mark.parametrize("kernel", [linear_unit_ramp, filtered_unit_step])
 def test_a_course_rises_at_its_onset_and_falls_at_its_end(kernel):
     levels = np.array([[0.5, 9.0, 21.0, 4.0], [-0.2, -3.0, 30.5, 11.0], [1.0, 5.0, 9.0, 0.1]])
     found = level_courses(levels, kernel, 40)
@@ -55,7 +55,7 @@ def test_a_course_rises_at_its_onset_and_falls_at_its_end(kernel):
 
 
 def test_a_course_by_hand():
-    (found,) = level_courses(np.array([[2.0, 3.0, 8.0, 4.0]]), ramp, 12)
+    (found,) = level_courses(np.array([[2.0, 3.0, 8.0, 4.0]]), linear_unit_ramp, 12)
     wanted = [0.0, 0.0, 0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0, 0.0, 0.0]
     wanted[5:7] = [1.0, 1.0]
     wanted[7:10] = [0.75, 0.5, 0.25]
@@ -83,19 +83,19 @@ def plain_guess(offset):
 def test_a_level_is_guessed_by_where_an_offset_is_half_as_large(seed):
     rng = np.random.default_rng(seed)
     level = np.array([[rng.choice([-1, 1]) * rng.uniform(0.1, 2.0), 20.0, 45.0, 3.0 + 3.0 * seed]])
-    (offset,) = level_courses(level, ramp, FRAMES) + 0.01 * rng.standard_normal(FRAMES)
-    found = guess(offset)
+    (offset,) = level_courses(level, linear_unit_ramp, FRAMES) + 0.01 * rng.standard_normal(FRAMES)
+    found = guess_softened_level(offset)
     assert found == pytest.approx(plain_guess(offset.tolist()))
     assert isinstance(found, Level)
-    assert guess(np.full(9, -0.5)) == (-0.5, -0.5, 8.5, 2.0)
-    assert guess(np.array([0.1, 1.0, 0.1])) == (1.0, 0.5, 1.5, 2.0)
+    assert guess_softened_level(np.full(9, -0.5)) == (-0.5, -0.5, 8.5, 2.0)
+    assert guess_softened_level(np.array([0.1, 1.0, 0.1])) == (1.0, 0.5, 1.5, 2.0)
 
 
 def test_a_level_is_not_guessed_where_nothing_rises():
-    assert guess(np.zeros(9)) is None
-    assert guess(np.ones(2)) is None
-    assert guess(np.ones(3)) == (1.0, -0.5, 2.5, 2.0)
-    assert guess(np.full(5, 1e-9)) is not None
+    assert guess_softened_level(np.zeros(9)) is None
+    assert guess_softened_level(np.ones(2)) is None
+    assert guess_softened_level(np.ones(3)) == (1.0, -0.5, 2.5, 2.0)
+    assert guess_softened_level(np.full(5, 1e-9)) is not None
 
 
 # The best fit
@@ -108,7 +108,7 @@ def same(courses):
 
 def fitted(start, kernel, frames, residuals, coarsest):
     """Fit one level."""
-    return all_fitted([(start, kernel, coarsest)], frames, same, residuals)[0]
+    return fit_softened_levels([(start, kernel, coarsest)], frames, same, residuals)[0]
 
 
 def residuals_of(wanted, spread=0.02, cap=math.inf):
@@ -121,7 +121,7 @@ def residuals_of(wanted, spread=0.02, cap=math.inf):
     return of
 
 
-@pytest.mark.parametrize("kernel", [ramp, filtered])
+@pytest.mark.parametrize("kernel", [linear_unit_ramp, filtered_unit_step])
 @pytest.mark.parametrize("seed", range(4))
 def test_the_level_is_found_that_leaves_the_least(kernel, seed):
     rng = np.random.default_rng(seed)
@@ -140,8 +140,8 @@ def test_the_level_is_found_that_leaves_the_least(kernel, seed):
 
 def test_what_fits_exactly_is_left_as_it_is():
     start = Level(0.6, 22.0, 51.0, 9.0)
-    (wanted,) = level_courses(np.array([start]), ramp, FRAMES)
-    shape, left = fitted(start, ramp, FRAMES, residuals_of(wanted), 1.0)
+    (wanted,) = level_courses(np.array([start]), linear_unit_ramp, FRAMES)
+    shape, left = fitted(start, linear_unit_ramp, FRAMES, residuals_of(wanted), 1.0)
     np.testing.assert_allclose(shape, wanted, atol=1e-12)
     assert left == pytest.approx(0.0, abs=1e-12)
 
@@ -157,7 +157,7 @@ def test_what_fits_exactly_is_left_as_it_is():
     ],
 )
 def test_scales_are_wide_first_and_narrower_by_a_fifth(coarsest, widths):
-    (wanted,) = level_courses(np.array([[0.6, 22.0, 51.0, 9.0]]), ramp, FRAMES)
+    (wanted,) = level_courses(np.array([[0.6, 22.0, 51.0, 9.0]]), linear_unit_ramp, FRAMES)
     of, asked = residuals_of(wanted), []
 
     def noted(courses, wider):
@@ -165,16 +165,16 @@ def test_scales_are_wide_first_and_narrower_by_a_fifth(coarsest, widths):
         asked.append(float(wider[0, 0]))
         return of(courses, wider)
 
-    fitted(Level(0.5, 24.0, 50.0, 7.0), ramp, FRAMES, noted, coarsest)
+    fitted(Level(0.5, 24.0, 50.0, 7.0), linear_unit_ramp, FRAMES, noted, coarsest)
     assert [w for k, w in enumerate(asked) if k == 0 or w != asked[k - 1]] == pytest.approx(widths)
 
 
 def test_wide_scales_lead_where_every_residual_is_at_its_cap():
-    (wanted,) = level_courses(np.array([[1.0, 22.0, 51.0, 9.0]]), ramp, FRAMES)
+    (wanted,) = level_courses(np.array([[1.0, 22.0, 51.0, 9.0]]), linear_unit_ramp, FRAMES)
     of = residuals_of(wanted, 0.01, cap=3.0)
     start = Level(0.5, 10.0, 65.0, 5.0)
-    _, alone = fitted(start, ramp, FRAMES, of, 1.0)
-    shape, left = fitted(start, ramp, FRAMES, of, 40.0)
+    _, alone = fitted(start, linear_unit_ramp, FRAMES, of, 1.0)
+    shape, left = fitted(start, linear_unit_ramp, FRAMES, of, 40.0)
     assert left < 0.1 < alone
     np.testing.assert_allclose(shape, wanted, atol=0.01)
 
@@ -215,7 +215,7 @@ def steps_of(kernel, start, of, frames):
     return level_courses((at * scales)[None], kernel, frames)[0], best, asked
 
 
-@pytest.mark.parametrize("kernel", [ramp, filtered])
+@pytest.mark.parametrize("kernel", [linear_unit_ramp, filtered_unit_step])
 @pytest.mark.parametrize("cap", [2.0, 8.0, 1e9])
 @pytest.mark.parametrize(
     "start", [(0.4, 15.0, 60.0, 3.0), (-0.2, 30.0, 40.0, 20.0), (0.6, 22.0, 50.0, 9.0)]
@@ -238,7 +238,7 @@ def test_the_steps_are_levenbergs_and_marquardts(kernel, cap, start):
 
 
 def test_no_more_steps_are_made_than_are_allowed(monkeypatch):
-    (wanted,) = level_courses(np.array([[0.6, 22.0, 51.0, 9.0]]), ramp, FRAMES)
+    (wanted,) = level_courses(np.array([[0.6, 22.0, 51.0, 9.0]]), linear_unit_ramp, FRAMES)
     of, asked = residuals_of(wanted), []
 
     def noted(courses, wider):
@@ -246,13 +246,13 @@ def test_no_more_steps_are_made_than_are_allowed(monkeypatch):
         return of(courses, wider)
 
     monkeypatch.setattr(softened_level, "MOST_STEPS", 3)
-    fitted(Level(0.2, 30.0, 45.0, 3.0), ramp, FRAMES, noted, 1.0)
+    fitted(Level(0.2, 30.0, 45.0, 3.0), linear_unit_ramp, FRAMES, noted, 1.0)
     assert asked.count(1) == 3
 
 
 def test_the_best_of_many_starts_is_as_good_as_alone_with_less_work():
     rng = np.random.default_rng(7)
-    (wanted,) = level_courses(np.array([[0.6, 22.3, 51.7, 9.4]]), ramp, FRAMES)
+    (wanted,) = level_courses(np.array([[0.6, 22.3, 51.7, 9.4]]), linear_unit_ramp, FRAMES)
     of, asked = residuals_of(wanted + 0.01 * rng.standard_normal(FRAMES), 0.02, 8.0), []
 
     def noted(courses, wider):
@@ -260,12 +260,12 @@ def test_the_best_of_many_starts_is_as_good_as_alone_with_less_work():
         return of(courses, wider)
 
     starts = [
-        (Level(0.4, 15.0, 60.0, 3.0), ramp, 1.0),
-        (Level(-0.2, 30.0, 40.0, 20.0), filtered, 12.0),
-        (Level(0.6, 22.0, 50.0, 9.0), filtered, 1.0),
-        (Level(0.5, 24.0, 50.0, 7.0), ramp, 3.0),
+        (Level(0.4, 15.0, 60.0, 3.0), linear_unit_ramp, 1.0),
+        (Level(-0.2, 30.0, 40.0, 20.0), filtered_unit_step, 12.0),
+        (Level(0.6, 22.0, 50.0, 9.0), filtered_unit_step, 1.0),
+        (Level(0.5, 24.0, 50.0, 7.0), linear_unit_ramp, 3.0),
     ]
-    together = all_fitted(starts, FRAMES, same, noted)
+    together = fit_softened_levels(starts, FRAMES, same, noted)
     calls, courses = len(asked), sum(asked)
     asked.clear()
     alone = [fitted(start, kernel, FRAMES, noted, wider) for start, kernel, wider in starts]
@@ -276,13 +276,15 @@ def test_the_best_of_many_starts_is_as_good_as_alone_with_less_work():
     np.testing.assert_array_equal(best[0], least[0])
     assert courses < sum(asked)
     assert calls < 0.7 * len(asked)
-    assert all_fitted([], FRAMES, same, of) == []
+    assert fit_softened_levels([], FRAMES, same, of) == []
 
 
 def test_a_fit_far_behind_the_best_is_given_up():
-    (wanted,) = level_courses(np.array([[0.6, 22.0, 51.0, 9.0]]), ramp, FRAMES)
+    (wanted,) = level_courses(np.array([[0.6, 22.0, 51.0, 9.0]]), linear_unit_ramp, FRAMES)
     starts = [Level(0.55, 23.0, 50.0, 8.0), Level(-0.4, 60.0, 75.0, 3.0)]
     of = residuals_of(wanted, cap=3.0)
-    best, behind = all_fitted([(start, ramp, 1.0) for start in starts], FRAMES, same, of)
+    best, behind = fit_softened_levels(
+        [(start, linear_unit_ramp, 1.0) for start in starts], FRAMES, same, of
+    )
     assert best[1] < 0.1
     assert behind[1] > 50.0

@@ -13,16 +13,18 @@ from twistcore.detection import Kind
 from twistcore.review import Decision, start_review
 from twistcore.tuning.stated_precision import (
     ENOUGH_STATED,
-    corrections_in,
-    informative_order,
-    stated_precision,
+    corrections_with_confidence,
+    estimate_unjudged_precision,
+    representative_judging_order,
     verdicts_on,
 )
 
 
 @given(st.lists(st.floats(0.5, 1.0), max_size=200))
 def test_the_order_names_every_correction_once(confidence):
-    assert sorted(informative_order(np.array(confidence))) == list(range(len(confidence)))
+    assert sorted(representative_judging_order(np.array(confidence))) == list(
+        range(len(confidence))
+    )
 
 
 @pytest.mark.parametrize("count", [30, 64, 137])
@@ -30,7 +32,7 @@ def test_the_first_verdicts_are_spread_over_all_confidences(count):
     confidence = np.random.default_rng(3).uniform(0.5, 1.0, count)
     rank = np.argsort(np.argsort(confidence))
     for asked in (8, 16):
-        places = np.sort(rank[informative_order(confidence)[:asked]])
+        places = np.sort(rank[representative_judging_order(confidence)[:asked]])
         gaps = np.diff([-1, *places, count])
         assert gaps.max() <= 2 * count / asked + 1
 
@@ -38,10 +40,10 @@ def test_the_first_verdicts_are_spread_over_all_confidences(count):
 def test_too_few_verdicts_or_nothing_left_give_no_precision():
     confidence = np.full(ENOUGH_STATED + 5, 0.8)
     verdicts = [True] * (ENOUGH_STATED - 1) + [None] * 6
-    assert stated_precision(confidence, verdicts) is None
-    assert stated_precision(confidence, [True] * len(confidence)) is None
+    assert estimate_unjudged_precision(confidence, verdicts) is None
+    assert estimate_unjudged_precision(confidence, [True] * len(confidence)) is None
     verdicts[-1] = False
-    found = stated_precision(confidence, verdicts)
+    found = estimate_unjudged_precision(confidence, verdicts)
     assert (found.verdicts, found.left) == (ENOUGH_STATED, 5)
     assert found.low < found.share < found.high
 
@@ -55,11 +57,11 @@ def test_the_informative_order_does_not_flatter():
         confidence = rng.uniform(0.5, 1.0, 100)
         size = rng.uniform(0.0, 1.0, 100)
         real = rng.random(100) < 0.3 * confidence + 0.6 * size
-        orders = informative_order(confidence), np.argsort(-size)
+        orders = representative_judging_order(confidence), np.argsort(-size)
         for name, order in zip(off, orders, strict=True):
             asked = set(order[:ENOUGH_STATED])
             said = [bool(real[k]) if k in asked else None for k in range(100)]
-            found = stated_precision(confidence, said)
+            found = estimate_unjudged_precision(confidence, said)
             rest = np.mean([real[k] for k in range(100) if k not in asked])
             off[name].append(found.share - rest)
             if name == "informative":
@@ -71,7 +73,7 @@ def test_the_informative_order_does_not_flatter():
 def test_only_a_persons_own_verdicts_count():
     analysis = tc.analyse(tc.read_clip(ASSETS / "walk_injected.bvh"))
     found = analysis.detect()
-    corrections = corrections_in(found)
+    corrections = corrections_with_confidence(found)
     assert len(corrections) == len(found.to_correct()[1])
     state = start_review(found.method, dict(found.tau), found.intervals, dict(found.tau))
     assert set(verdicts_on(corrections, state)) == {None}
@@ -91,7 +93,7 @@ def test_only_a_persons_own_verdicts_count():
 
 def test_a_verdict_on_another_kind_of_error_does_not_count():
     found = tc.analyse(tc.read_clip(ASSETS / "walk_injected.bvh")).detect()
-    corrections = corrections_in(found)
+    corrections = corrections_with_confidence(found)
     state = start_review(found.method, dict(found.tau), found.intervals, dict(found.tau))
     jumps = [
         replace(

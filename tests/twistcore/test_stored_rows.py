@@ -8,13 +8,13 @@ import twistcore as tc
 from tests.conftest import ASSETS
 from tests.twistcore.reviews import spun
 from twistcore.batch.clip_task import run_task
-from twistcore.batch.inputs import find_inputs
+from twistcore.batch.inputs import find_input_clips
 from twistcore.batch.manifest import Manifest
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.run import run_batch
-from twistcore.batch.stored_rows import checked_decisions, checked_result
+from twistcore.batch.stored_rows import parse_stored_decisions, parse_stored_result
 from twistcore.errors import FormatError
-from twistcore.work.processes import each
+from twistcore.work.processes import map_in_processes
 
 JUMP = {
     "chain": "LeftLeg", "start": 3, "stop": 9, "kind": "lone jump", "delta_deg": 139.6,
@@ -29,18 +29,18 @@ RESULT = {
 
 
 def test_a_lone_jump_is_told_with_its_joint_and_its_speed():
-    assert checked_result(json.dumps(RESULT))["intervals"] == [JUMP]
+    assert parse_stored_result(json.dumps(RESULT))["intervals"] == [JUMP]
     for key, value in (("joint", None), ("speed_deg_s", None), ("speed_deg_s", "fast")):
         damaged = {k: v for k, v in JUMP.items() if k != key}
         if value is not None:
             damaged[key] = value
         with pytest.raises(FormatError, match=key):
-            checked_result(json.dumps(RESULT | {"intervals": [damaged]}))
+            parse_stored_result(json.dumps(RESULT | {"intervals": [damaged]}))
 
 
 def test_of_decisions_what_is_written_again_is_what_is_known():
     document = '{"accepted": 1, "rejected": 0, "undecided": 2, "also": [1e300]}'
-    assert checked_decisions(document) == {"accepted": 1, "rejected": 0, "undecided": 2}
+    assert parse_stored_decisions(document) == {"accepted": 1, "rejected": 0, "undecided": 2}
 
 
 def test_a_batch_reads_again_what_it_wrote_of_a_stretch(tmp_path):
@@ -48,8 +48,13 @@ def test_a_batch_reads_again_what_it_wrote_of_a_stretch(tmp_path):
     motion = spun("LeftFoot", 200, 280, 180.0, walk.motion)
     (tmp_path / "in").mkdir()
     tc.write_clip(walk, motion, tmp_path / "in" / "clip.bvh")
-    sources = find_inputs([str(tmp_path / "in")], tmp_path / "out").sources
-    run_batch(tmp_path / "out", sources, Parameters(), lambda tasks, _: each(run_task, tasks, 1))
+    sources = find_input_clips([str(tmp_path / "in")], tmp_path / "out").sources
+    run_batch(
+        tmp_path / "out",
+        sources,
+        Parameters(),
+        lambda tasks, _: map_in_processes(run_task, tasks, 1),
+    )
     with Manifest.open(tmp_path / "out") as manifest:
         (record,) = manifest.records()
     kinds = {entry["kind"] for entry in record.result["intervals"]}

@@ -13,9 +13,12 @@ from twistcore.detection.straight_limbs.straight_claims import (
     _error_of,
     _Jumping,
     _without,
-    without_errors,
+    remove_twist_errors,
 )
-from twistcore.detection.straight_limbs.straight_intervals import interval_of, straight_confidence
+from twistcore.detection.straight_limbs.straight_intervals import (
+    straight_confidence,
+    straight_limb_interval,
+)
 from twistcore.detection.straight_limbs.straight_spells import Bend, Spell, StraightError
 from twistcore.skeleton.rotation import multiply, wrap
 
@@ -109,7 +112,7 @@ def test_errors_are_taken_out_of_all_limbs_that_have_them():
     axes = rng.standard_normal((3, 2, 3))
     axes /= np.linalg.norm(axes, axis=-1, keepdims=True)
     offsets = {1: rng.uniform(-1.0, 1.0, 9), 4: rng.uniform(-1.0, 1.0, 9)}
-    found = without_errors(Limbs(joints, axes), offsets)
+    found = remove_twist_errors(Limbs(joints, axes), offsets)
     wanted = joints.copy()
     for row, offset in offsets.items():
         chain, limb = row // 2, row % 2
@@ -136,7 +139,7 @@ def test_confidence_grows_with_strength_and_with_how_alike_both_turns_are():
     one = error(turns=(0.4, -0.3), size=16.0 * DEGREE)
     score = math.log(2.0) + 3.0 * 0.75
     assert straight_confidence(one) == pytest.approx(1.0 / (1.0 + math.exp(-score)))
-    found = interval_of("LeftLeg", one)
+    found = straight_limb_interval("LeftLeg", one)
     assert (found.chain, found.start, found.stop) == ("LeftLeg", 5, 9)
     assert found.confidence == straight_confidence(one)
     assert {k: v for k, v in found.evidence.items() if k != "follows"} == {

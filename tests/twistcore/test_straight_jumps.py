@@ -11,8 +11,12 @@ from tests.twistcore.counters import ROW, counter_of
 from tests.twistcore.test_straight_limbs import erring, level, straightening, thigh
 from tests.twistcore.test_straight_limbs import spells as straight_frames
 from twistcore.detection.counter_twist.edges import find_edges
-from twistcore.detection.counter_twist.offsets import offsets_of
-from twistcore.detection.counter_twist.pairing import best_pairs, pair_table, running_sums
+from twistcore.detection.counter_twist.offsets import interval_offset_courses
+from twistcore.detection.counter_twist.pairing import (
+    best_edge_pairs,
+    counter_rotation_sums,
+    edge_pair_table,
+)
 from twistcore.detection.straight_limbs.straight_claims import (
     Jumps,
     StraightLimb,
@@ -20,10 +24,10 @@ from twistcore.detection.straight_limbs.straight_claims import (
     _is_nearer_hinge,
     _Jumping,
     _without,
-    straight_limb,
+    find_straight_limb_errors,
 )
-from twistcore.detection.straight_limbs.straight_course import scale_of
-from twistcore.detection.straight_limbs.straight_spells import Bend, bend_of, spells
+from twistcore.detection.straight_limbs.straight_course import increment_difference_scale
+from twistcore.detection.straight_limbs.straight_spells import Bend, bend_of, find_straight_ranges
 from twistcore.detection.twist_increments import twist_increments
 
 DEGREE = math.pi / 180.0
@@ -36,8 +40,8 @@ FRAMES = 120
 def jumps_of(seed, tau=2.0):
     counter = counter_of(seed, frames=FRAMES, jumps=0.06)
     edges, step = find_edges(counter, ROW)
-    sums = running_sums(counter, ROW, step)
-    tables = tuple(pair_table(edges, sums, a, b) for a, b in ((0, 70), (70, FRAMES)))
+    sums = counter_rotation_sums(counter, ROW, step)
+    tables = tuple(edge_pair_table(edges, sums, a, b) for a, b in ((0, 70), (70, FRAMES)))
     return Jumps(counter, ROW, edges, step, tables, tau * DEGREE, 60.0)
 
 
@@ -55,8 +59,8 @@ def test_jumps_are_the_intervals_of_all_segments(seed):
     found, total = jumps.found(), np.zeros(FRAMES)
     wanted = []
     for table in jumps.tables:
-        pairs = best_pairs(table, jumps.tau, 60.0)
-        courses = offsets_of(pairs, table, jumps.counter, ROW, jumps.step)
+        pairs = best_edge_pairs(table, jumps.tau, 60.0)
+        courses = interval_offset_courses(pairs, table, jumps.counter, ROW, jumps.step)
         for pair, own in zip(pairs, courses, strict=True):
             ends = [k for k in (pair.opening, pair.closing) if k >= 0]
             wanted.append((own.start, tuple(int(table.edges.peak[k]) for k in ends), own.offset))
@@ -84,9 +88,9 @@ def test_jumps_without_edges_are_paired_anew(seed):
     kept = [k for k, p in enumerate(jumps.edges.peak.tolist()) if not peaks[p]]
     assert len(kept) < len(jumps.edges)
     np.testing.assert_array_equal(left.edges.peak, jumps.edges.peak[kept])
-    sums = running_sums(jumps.counter, ROW, jumps.step)
+    sums = counter_rotation_sums(jumps.counter, ROW, jumps.step)
     for table, old in zip(left.tables, jumps.tables, strict=True):
-        assert_same(table, pair_table(left.edges, sums, old.low, old.high))
+        assert_same(table, edge_pair_table(left.edges, sums, old.low, old.high))
     assert (left.counter, left.row, left.tau, left.fps) == (jumps.counter, ROW, jumps.tau, 60.0)
     assert not any(peaks[p] for j in left.found() for p in j.peaks)
 
@@ -163,10 +167,10 @@ def plain_limb(motion, bounds, found):
     said = [(j, _is_nearer_hinge(j, bend)) for j in found]
     certain, unsaid = ([j for j, s in said if s is which] for which in (True, None))
     left = _without(increments, certain)
-    scales = scale_of(left[0]), scale_of(left[1])
+    scales = increment_difference_scale(left[0]), increment_difference_scale(left[1])
     errors, claimed = [], set()
     for low, high in bounds:
-        for spell in spells(left, bend, low, high, FPS):
+        for spell in find_straight_ranges(left, bend, low, high, FPS):
             beside = [j for j in unsaid if low <= j.start < high]
             own = _error_of(left, scales, beside, bend, spell, FPS)
             if own:
@@ -208,7 +212,7 @@ def test_errors_of_a_limb_are_those_of_its_spells_beside_the_jumps(found, bounds
     motion = erring(CLEAN, ALL + BENT)
     chain, jumps, told = asked_of(motion, bounds, FOUND[found])
     errors, claimed = plain_limb(motion, bounds, FOUND[found])
-    limb = straight_limb(motion, chain, jumps, lambda: told)
+    limb = find_straight_limb_errors(motion, chain, jumps, lambda: told)
     explained = {"a spell's error": 1, "two of them": 2}.get(found, 0)
     assert len(limb.errors) == len(errors) == len(SPELLS) - explained
     for one, other in zip(limb.errors, errors, strict=True):
@@ -230,9 +234,11 @@ def test_errors_of_a_limb_are_those_of_its_spells_beside_the_jumps(found, bounds
 def test_a_spells_error_is_claimed_with_a_frame_on_either_side():
     motion = erring(CLEAN, full(SPELLS[1]))
     chain, jumps, told = asked_of(motion, WHOLE)
-    limb = straight_limb(motion, chain, jumps, lambda: told)
+    limb = find_straight_limb_errors(motion, chain, jumps, lambda: told)
     (spell,) = (
-        s for s in spells(told, limb.bend, *WHOLE[0], FPS) if s.start <= SPELLS[1][0] < s.stop
+        s
+        for s in find_straight_ranges(told, limb.bend, *WHOLE[0], FPS)
+        if s.start <= SPELLS[1][0] < s.stop
     )
     at = np.flatnonzero(limb.claimed)
     assert (at[0], at[-1]) == (spell.start - 1, spell.stop + 1)
@@ -245,22 +251,24 @@ def test_errors_are_told_by_what_a_chain_turns_by_itself():
     motion = erring(CLEAN, full(SPELLS[1]))
     chain, jumps, (x, y) = asked_of(motion, WHOLE)
     clean = asked_of(CLEAN, WHOLE)[2]
-    assert straight_limb(motion, chain, jumps, lambda: clean) is None
+    assert find_straight_limb_errors(motion, chain, jumps, lambda: clean) is None
     jumps.counter.x[1], jumps.counter.y[1] = clean
-    assert straight_limb(motion, chain, jumps, lambda: 1 / 0) is None  # it is not even asked
+    assert (
+        find_straight_limb_errors(motion, chain, jumps, lambda: 1 / 0) is None
+    )  # it is not even asked
     jumps.counter.x[1], jumps.counter.y[1] = x, y
-    assert len(straight_limb(motion, chain, jumps, lambda: (x, y)).errors) == 1
+    assert len(find_straight_limb_errors(motion, chain, jumps, lambda: (x, y)).errors) == 1
 
 
 def test_a_chain_without_a_hinge_has_no_errors_of_a_straight_limb():
     motion = erring(CLEAN, ALL)
     chain, jumps, told = asked_of(motion, WHOLE)
-    assert straight_limb(motion, chain, jumps, lambda: told) is not None
+    assert find_straight_limb_errors(motion, chain, jumps, lambda: told) is not None
     for grandchild in (-1, 0):
         other = replace(chain, grandchild=grandchild)
-        found = straight_limb(motion, other, jumps, lambda: told)
+        found = find_straight_limb_errors(motion, other, jumps, lambda: told)
         assert (found is None) == (grandchild < 0)
     still = CLEAN.rotations.copy()
     still[:, chain.child] = still[0, chain.child] * 0.0 + [1.0, 0.0, 0.0, 0.0]
     never_bent = CLEAN.with_rotations(still)
-    assert straight_limb(never_bent, chain, jumps, lambda: told) is None
+    assert find_straight_limb_errors(never_bent, chain, jumps, lambda: told) is None

@@ -6,18 +6,21 @@ import numpy as np
 import pytest
 
 from tests.tiers import parametrize
-from twistcore.detection.runs import runs
+from twistcore.detection.runs import runs_of_true
 from twistcore.detection.straight_limbs.straight_claims import _is_nearer_hinge, _Jumping
-from twistcore.detection.straight_limbs.straight_course import error_course, scale_of
+from twistcore.detection.straight_limbs.straight_course import (
+    error_course,
+    increment_difference_scale,
+)
 from twistcore.detection.straight_limbs.straight_spells import (
     Bend,
     Spell,
     _over_windows,
     bend_of,
-    errors_in,
-    left_over,
-    spells,
-    window_of,
+    find_straight_ranges,
+    straight_errors_in_range,
+    transition_window_frames,
+    unexplained_opposite_rotation,
 )
 from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle, wrap
 
@@ -94,7 +97,10 @@ def plain_course(increments, scales, start, stop, low, high, fps):
 @parametrize("seed", range(6), quick=2)
 def test_the_course_is_that_of_the_dense_least_squares(seed, fps):
     increments, s = signals(seed, fps), spell_of(seed)
-    scales = scale_of(increments[0]), 1.7 * scale_of(increments[1])
+    scales = (
+        increment_difference_scale(increments[0]),
+        1.7 * increment_difference_scale(increments[1]),
+    )
     found = error_course(increments, scales, s.start, s.stop, s.low, s.high, fps)
     wanted = plain_course(increments, scales, s.start, s.stop, s.low, s.high, fps)
     np.testing.assert_allclose(found, wanted, atol=2e-6)
@@ -104,7 +110,7 @@ def test_the_course_is_that_of_the_dense_least_squares(seed, fps):
 @pytest.mark.parametrize("n", [1, 2, 3])
 def test_a_course_of_few_frames(n):
     increments = signals(0, 120.0)
-    scales = scale_of(increments[0]), scale_of(increments[1])
+    scales = increment_difference_scale(increments[0]), increment_difference_scale(increments[1])
     found = error_course(increments, scales, 40, 40 + n, 0, FRAMES, 120.0)
     wanted = plain_course(increments, scales, 40, 40 + n, 0, FRAMES, 120.0)
     np.testing.assert_allclose(found, wanted, atol=1e-7)
@@ -113,10 +119,15 @@ def test_a_course_of_few_frames(n):
 def test_the_scale_of_increments_is_the_median_of_their_changes():
     x = signals(1, 120.0)[0]
     changes = [abs(x[t] - x[t - 1]) for t in range(3, FRAMES)]
-    assert scale_of(x) == pytest.approx(1.4826 * np.median(changes))
+    assert increment_difference_scale(x) == pytest.approx(1.4826 * np.median(changes))
     least = 0.02 * DEGREE
-    assert scale_of(1e-4 * x) == scale_of(x[:3]) == scale_of(x[:1]) == pytest.approx(least)
-    assert scale_of(np.array([0.0, 9.0, 0.0, 1.0])) == pytest.approx(1.4826)
+    assert (
+        increment_difference_scale(1e-4 * x)
+        == increment_difference_scale(x[:3])
+        == increment_difference_scale(x[:1])
+        == pytest.approx(least)
+    )
+    assert increment_difference_scale(np.array([0.0, 9.0, 0.0, 1.0])) == pytest.approx(1.4826)
 
 
 # Bends
@@ -288,19 +299,25 @@ def test_spells_are_those_beside_a_bent_limb_in_which_both_joints_counter_turn(s
             if closed and any(is_mirrored(*both) for both in turns):
                 wanted.append(spell)
         t = stop + 1
-    assert spells(increments, bend, low, high, fps) == wanted
+    assert find_straight_ranges(increments, bend, low, high, fps) == wanted
     straight = Bend(np.full(FRAMES, 0.1), None)
-    assert spells(increments, straight, low, high, fps) == []
+    assert find_straight_ranges(increments, straight, low, high, fps) == []
 
 
 def test_windows_of_a_transition_and_runs():
-    assert [window_of(fps) for fps in (5.0, 24.0, 30.0, 60.0, 120.0)] == [2, 3, 4, 8, 16]
+    assert [transition_window_frames(fps) for fps in (5.0, 24.0, 30.0, 60.0, 120.0)] == [
+        2,
+        3,
+        4,
+        8,
+        16,
+    ]
     assert Spell(40, 60, 0, 100).windows(16) == slice(24, 60)
     assert Spell(10, 95, 0, 100).windows(16) == slice(0, 84)
     assert Spell(2, 6, 0, 8).windows(16) == slice(0, 0)
     assert Spell(22, 30, 20, 100).windows(16) == slice(20, 30)
-    assert runs(np.array([1, 0, 1, 1, 0, 0, 1], dtype=bool)) == [(0, 1), (2, 4), (6, 7)]
-    assert runs(np.zeros(3, dtype=bool)) == []
+    assert runs_of_true(np.array([1, 0, 1, 1, 0, 0, 1], dtype=bool)) == [(0, 1), (2, 4), (6, 7)]
+    assert runs_of_true(np.zeros(3, dtype=bool)) == []
 
 
 def plain_errors(increments, delta, spell, fps):
@@ -360,7 +377,7 @@ def softly(seed, fps, spell):
 def test_errors_in_a_spell_begin_or_end_with_a_transition_of_both_joints(seed, fps):
     spell = spell_of(seed)
     increments, delta = softly(seed, fps, spell)
-    found = errors_in(increments, delta, spell, fps)
+    found = straight_errors_in_range(increments, delta, spell, fps)
     wanted = plain_errors(increments, delta, spell, fps)
     assert [(e.start, e.stop, e.peak) for e in found] == [w[:3] for w in wanted]
     for error, (start, stop, _, turns, strength) in zip(found, wanted, strict=True):
@@ -384,5 +401,7 @@ def test_what_is_left_over_is_weighed_by_the_quieter_signal(seed, fps):
         (a / 0.002**2 - b / 0.003**2) / (1.0 / 0.002**2 + 1.0 / 0.003**2)
         for a, b in zip(turn, answer, strict=True)
     ]
-    assert left_over(increments, scales, delta, spell, fps) == pytest.approx(np.abs(both).max())
-    assert left_over(increments, scales, delta, Spell(3, 4, 3, 5), fps) == 0.0
+    assert unexplained_opposite_rotation(increments, scales, delta, spell, fps) == pytest.approx(
+        np.abs(both).max()
+    )
+    assert unexplained_opposite_rotation(increments, scales, delta, Spell(3, 4, 3, 5), fps) == 0.0

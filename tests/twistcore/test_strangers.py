@@ -28,7 +28,7 @@ from twistcore.skeleton.rotation import (
     normalise,
     quaternion_from_axis_angle,
 )
-from twistcore.tuning.clip_curves import clip_tuning
+from twistcore.tuning.clip_curves import prepare_clip_tuning
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion
 BY_NAME = {rig.name: rig for rig in RIGS}
@@ -253,7 +253,7 @@ def test_nor_is_it_that_of_helpers_with_a_profile(tmp_path, capsys):
 
 
 def test_tuning_leaves_helpers_out():
-    tuned = clip_tuning(UNREAL.sliced(0, 120), "walk", seeds=(0,))
+    tuned = prepare_clip_tuning(UNREAL.sliced(0, 120), "walk", seeds=(0,))
     assert len(tuned.names) == 10
     assert tuned.curve("upperarm_l").minutes > 0.0
 

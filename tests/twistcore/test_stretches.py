@@ -8,8 +8,8 @@ import pytest
 import twistcore as tc
 from tests.conftest import ASSETS
 from tests.twistcore.reviews import spun
-from twistcore.detection.lone_jumps import own_axis
-from twistcore.detection.stretches import defined_roll
+from twistcore.detection.lone_jumps import own_bone_axis
+from twistcore.detection.stretches import roll_about_own_bone
 from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle, wrap
 
 WALK = tc.read_clip(ASSETS / "walk.bvh")
@@ -67,7 +67,7 @@ def test_frames_that_are_right_are_left_out_if_the_joint_returns_about_another_a
     motion = WALK.motion.at(np.arange(0, FRAMES, step))
     motion = replace(motion, frame_time=WALK.motion.frame_time * step)
     foot = motion.skeleton.names.index("LeftFoot")
-    axis = own_axis(motion.skeleton, foot)
+    axis = own_bone_axis(motion.skeleton, foot)
     along = np.cross(axis, [1.0, 0.0, 0.0])
     along /= np.linalg.norm(along)
     wrong, right = swung(axis, along, 0.0, -150.0), swung(axis, along, 100.0, -30.0)
@@ -109,10 +109,10 @@ def test_fast_motion_at_a_low_rate_is_no_stretch():
 def test_a_joint_without_a_bone_has_no_roll():
     motion = turned("LeftFoot", 180.0, 200, FRAMES)
     toe = motion.skeleton.index("LeftToeBase")
-    assert np.isfinite(defined_roll(motion, toe)).all()
+    assert np.isfinite(roll_about_own_bone(motion, toe)).all()
     ends = tuple(end for end in motion.skeleton.ends if end[0] != toe)
     bare = replace(motion, skeleton=replace(motion.skeleton, ends=ends))
-    assert np.isnan(defined_roll(bare, toe)).all()
+    assert np.isnan(roll_about_own_bone(bare, toe)).all()
     assert [i.joint for i in stretches(bare)] == ["LeftFoot"]
 
 

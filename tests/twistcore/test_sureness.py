@@ -13,12 +13,12 @@ from tests.twistcore.test_soft_errors import (
     surprise_of,
 )
 from twistcore.analysis.clip_analysis import ClipAnalysis
-from twistcore.detection.consistency.confidence import confidence
+from twistcore.detection.consistency.confidence import counter_twist_confidence
 from twistcore.detection.consistency.detector import _by_itself, _limbs, find_jumps
-from twistcore.detection.soft_errors import Known, search
+from twistcore.detection.soft_errors import Known, search_soft_errors
 from twistcore.detection.soft_errors.silent_joints import _of_two_chains
-from twistcore.detection.soft_errors.soft_error import SoftError, marked_if_unsure
-from twistcore.detection.soft_errors.softened_level import level_courses, ramp
+from twistcore.detection.soft_errors.soft_error import SoftError, mark_error_if_unsure
+from twistcore.detection.soft_errors.softened_level import level_courses, linear_unit_ramp
 from twistcore.skeleton.chain import find_chains
 
 RNG = np.random.default_rng(5)
@@ -35,7 +35,7 @@ def natural(amount=2.0):
 def sureness(own, other, offset, start=120):
     """Whether an error that silent C shows would be corrected unasked."""
     error = SoftError(0, start, offset, 200.0, 1e-3)
-    return not marked_if_unsure(error, other, own, NOWHERE, -1, last=False).unsure
+    return not mark_error_if_unsure(error, other, own, NOWHERE, -1, last=False).unsure
 
 
 def test_what_p_turns_back_is_an_error_and_what_it_knows_nothing_of_is_none():
@@ -64,7 +64,7 @@ def test_a_jump_beyond_tau_is_surer_than_one_that_only_a_lower_one_shows():
 
 
 def test_reaching_tau_is_worth_more_than_a_number_of_nats():
-    low, high = (confidence(8.0, 0.5, 2.0, 15, beyond_tau=b) for b in (False, True))
+    low, high = (counter_twist_confidence(8.0, 0.5, 2.0, 15, beyond_tau=b) for b in (False, True))
     assert low < 0.5 < 0.9 < high
 
 
@@ -85,7 +85,7 @@ def test_what_a_straight_limb_tells_no_soft_error_moves():
     told = np.full(20, np.radians(4.0))
     for firm in (False, True):
         known = [Known(row, 160, told, firm=firm)]
-        searched = search(surprise.limbs, FPS, surprise.cut, known)
+        searched = search_soft_errors(surprise.limbs, FPS, surprise.cut, known)
         assert any(f.row == row for f in searched.found) is not firm
         assert searched.replaced == ([] if firm else known)
 
@@ -93,7 +93,7 @@ def test_what_a_straight_limb_tells_no_soft_error_moves():
 def test_sizes_are_those_that_leave_least_whatever_else_is_there():
     motion = clip("walk.bvh", "rich")
     low, high = 130, 220
-    shape = level_courses(np.array([[1.0, 30.0, 60.0, 8.0]]), ramp, high - low)
+    shape = level_courses(np.array([[1.0, 30.0, 60.0, 8.0]]), linear_unit_ramp, high - low)
     offset = np.radians(50.0) * shape[0]
     offset[20:26] += np.radians(90.0)  # and a glitch that is none of the level's
     _, dirty = erring(motion, "LeftArm", low, offset)

@@ -15,7 +15,7 @@ from twistcore.analysis.decomposition import (
     correct_frame,
     decompose,
     euler_channels,
-    other_order,
+    twist_swing_factors,
     unwrapped_twist,
 )
 from twistcore.detection.detectors.paper import PaperDetector
@@ -145,7 +145,7 @@ direction = st.tuples(*(st.floats(-1.0, 1.0) for _ in range(3))).filter(
 @given(unit, direction)
 def test_twist_first_has_the_same_twist_and_another_swing(q, a):
     q, a = normalise(q), normalise(a)
-    twist, after = other_order(q, a)
+    twist, after = twist_swing_factors(q, a)
     swing, same = swing_twist(q, a)
     assert multiply(twist, after) == pytest.approx(q, abs=1e-12)
     assert twist == pytest.approx(same, abs=1e-12)

@@ -14,13 +14,13 @@ from tests.conftest import ASSETS
 from tests.messages import names_in_one_line, numbers, refused
 from tests.tiers import parametrize
 from twistcore.analysis.clip_analysis import analyse, detect
-from twistcore.batch import survey
+from twistcore.batch import survey_clip
 from twistcore.cli import main
 from twistcore.detection import DETECTORS
 from twistcore.errors import FormatError
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decide, Decision, LeaveOut, Review, write_session
-from twistcore.skeleton.chain import chains_by_limb, find_chains
+from twistcore.skeleton.chain import find_chains, group_connected_chains
 from twistcore.skeleton.rotation import (
     geodesic_angle,
     multiply,
@@ -33,15 +33,19 @@ from twistcore.tuning import (
     TauCurve,
     Tuned,
     Verdicts,
-    clip_curves,
-    clip_tuning,
-    cost_of_all,
+    clip_tau_curves,
+    prepare_clip_tuning,
     read_profile,
-    tuned,
+    tau_with_cost,
+    total_tuning_cost,
     without_known_errors,
     write_profile,
 )
-from twistcore.tuning.cost_words import alarm_words, count_words, fsr_words
+from twistcore.tuning.cost_words import (
+    describe_false_alarms,
+    format_alarm_count,
+    format_repaired_share,
+)
 from twistcore.tuning.learned_confidence import LearnedConfidence
 from twistcore.tuning.profile import TauReasons
 from twistcore.tuning.tau_curve import LOSS_ALLOWED, SMALLEST_ERROR
@@ -59,8 +63,8 @@ def test_an_alarm_has_its_price_and_errors_have_theirs():
     # A single natural event must not drive τ past half of the errors.
     c = curve([1000, 1000, 500, 500], [1, 1, 0, 0])
     assert np.degrees(c.suggested()) == pytest.approx(2.0)
-    assert tuned(c).fsr == pytest.approx(100.0)
-    assert tuned(c).alarms_per_minute == pytest.approx(0.5)
+    assert tau_with_cost(c).fsr == pytest.approx(100.0)
+    assert tau_with_cost(c).alarms_per_minute == pytest.approx(0.5)
 
 
 def test_among_equals_tau_is_no_larger_than_the_smallest_errors_looked_for():
@@ -126,11 +130,11 @@ def test_the_command_writes_a_profile_that_detect_takes(tmp_path, capsys):
 @pytest.mark.thorough
 def test_a_clips_own_errors_are_neither_false_alarms_nor_in_the_way():
     """Taken as false alarms they drive τ above themselves, past most of the errors there are."""
-    curves = clip_curves(ASSETS / "walk_injected.bvh", "consistency", 2)
+    curves = clip_tau_curves(ASSETS / "walk_injected.bvh", "consistency", 2)
     assert len(curves) == 10
     for c in curves.values():
         assert np.degrees(c.suggested()) <= 3.0  # below, a find is left for a person
-        assert tuned(c).fsr > 99.0
+        assert tau_with_cost(c).fsr > 99.0
         assert not c.alarms.any()
 
 
@@ -139,7 +143,7 @@ def test_what_a_person_calls_natural_is_a_false_alarm(dirty_walk, method):
     motion, chains = dirty_walk.motion, find_chains(dirty_walk.motion)
     found = detect(motion, chains)
     named = Verdicts(natural=((found[0].chain, found[0].start, found[0].stop),))
-    curve = clip_tuning(motion, "w", seeds=(0,), method=method, verdicts=named)
+    curve = prepare_clip_tuning(motion, "w", seeds=(0,), method=method, verdicts=named)
     assert curve.curve(found[0].chain).alarms[0] >= 1.0
     # Named an error it is taken out instead, whatever the detector thinks of it.
     shifted = found[0].with_offset(found[0].start, 0.5 * found[0].offset)
@@ -154,7 +158,9 @@ def test_a_limb_by_itself_is_analysed_as_in_the_whole_body(sample):
     motion, chains = sample.motion, find_chains(sample.motion)
     whole = DETECTORS["consistency"].analyse(motion, chains)
     for chain in chains:
-        limb = next(limb for limb in chains_by_limb(motion.skeleton, chains) if chain in limb)
+        limb = next(
+            limb for limb in group_connected_chains(motion.skeleton, chains) if chain in limb
+        )
         assert len(limb) < len(chains)
         alone = DETECTORS["consistency"].analyse(motion, limb)
         np.testing.assert_array_equal(alone.strength(chain.name), whole.strength(chain.name))
@@ -169,10 +175,11 @@ def test_a_noisy_capture_gets_a_larger_tau(walk):
     turn = quaternion_from_axis_angle(axis, np.radians(2.0) * rng.standard_normal(axis.shape[:2]))
     noisy = motion.with_rotations(normalise(multiply(motion.rotations, turn)))
     quiet, loud = (
-        clip_tuning(m, "walk", seeds=(0,)).curve("LeftForeArm").suggested() for m in (motion, noisy)
+        prepare_clip_tuning(m, "walk", seeds=(0,)).curve("LeftForeArm").suggested()
+        for m in (motion, noisy)
     )
     assert loud > 1.5 * quiet
-    assert loud >= clip_tuning(noisy, "walk").clean.by().automatic_tau("LeftForeArm")
+    assert loud >= prepare_clip_tuning(noisy, "walk").clean.by().automatic_tau("LeftForeArm")
 
 
 def test_a_profile_says_what_it_was_tuned_for(tmp_path, capsys):
@@ -189,9 +196,9 @@ def test_a_profile_says_what_it_was_tuned_for(tmp_path, capsys):
 
 def test_a_survey_takes_the_tau_of_a_profile():
     clip = ASSETS / "walk_injected.bvh"
-    everything = survey(clip).intervals
-    none = Profile(dict.fromkeys(clip_curves(clip, "paper", 0), math.pi))
-    assert (everything, survey(clip, none).intervals) == (8, 0)
+    everything = survey_clip(clip).intervals
+    none = Profile(dict.fromkeys(clip_tau_curves(clip, "paper", 0), math.pi))
+    assert (everything, survey_clip(clip, none).intervals) == (8, 0)
 
 
 # -- the command, with sessions and both detectors ------------------------------------------------
@@ -220,8 +227,8 @@ def test_tune_leaves_out_what_a_session_leaves_out(reviewed, tmp_path, capsys):
     assert main([*words, "--sessions"]) == 0
     assert "w.bvh: " in capsys.readouterr().err
     session = path.with_name("w.twist.json")
-    curves = clip_curves(path, "consistency", 1, session=session)
-    tuning = clip_tuning(
+    curves = clip_tau_curves(path, "consistency", 1, session=session)
+    tuning = prepare_clip_tuning(
         clip.motion, "w.bvh", seeds=(0,), left_out=[(150, 344)],
         verdicts=Verdicts(natural=((natural.chain, natural.start, natural.stop),)),
     )  # fmt: skip
@@ -296,9 +303,9 @@ def test_in_no_minute_nothing_is_known_of_alarms(tmp_path):
     none = TauCurve(np.radians([1.0, 2.0]), np.zeros(2), 0, np.zeros(2), 0.0, (0.01,))
     cost = none.cost(0.02)
     assert math.isnan(cost.rate)
-    assert count_words(cost) == "–"
-    assert numbers(alarm_words(cost)) == []
-    write_profile(tmp_path / "p.toml", {"A": tuned(none)}, "clips", "consistency")
+    assert format_alarm_count(cost) == "–"
+    assert numbers(describe_false_alarms(cost)) == []
+    write_profile(tmp_path / "p.toml", {"A": tau_with_cost(none)}, "clips", "consistency")
     assert "false_alarms" not in (tmp_path / "p.toml").read_text()
 
 
@@ -308,16 +315,16 @@ def test_tune_prints_bands_and_both_detectors(tmp_path, capsys):
     assert main([*words, "--both"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert len(lines) == 2 + 2 * 11
-    measured = [clip_curves(clip, m, 1) for m in ("consistency", "paper")]
+    measured = [clip_tau_curves(clip, m, 1) for m in ("consistency", "paper")]
     (at,) = (k for k, line in enumerate(lines) if line.startswith("RightArm "))
     for line, tau in ((lines[at], "suggested"), (lines[at + 1], "automatic")):
         assert tau in line
         for curve in (curves["RightArm"] for curves in measured):
             value = curve.suggested() if tau == "suggested" else curve.automatic
             assert f"{np.degrees(value):.2f}°" in line
-            assert fsr_words(curve.cost(value), unit="") in line
-    total = cost_of_all([(c, c.suggested()) for c in measured[1].values()])
-    assert fsr_words(total, unit="") in lines[-2]
+            assert format_repaired_share(curve.cost(value), unit="") in line
+    total = total_tuning_cost([(c, c.suggested()) for c in measured[1].values()])
+    assert format_repaired_share(total, unit="") in lines[-2]
     assert read_profile(out).method == "consistency"
     assert main(["tune", str(tmp_path), "-o", str(out), "--verdicts", "--both"]) == 2
     assert names_in_one_line(capsys.readouterr().err, "--both", "--verdicts")
@@ -386,7 +393,7 @@ def test_the_counts_are_those_of_the_list_and_the_verdicts():
     for judged, decision in ((first, Decision.REJECTED), (second, Decision.ACCEPTED)):
         review.do(Decide((judged.id,), decision, "me", "2026-01-01T00:00:00"))
     verdicts = verdicts_in(review.state)
-    tuning = clip_tuning(clip.motion, "w", seeds=(), verdicts=verdicts)
+    tuning = prepare_clip_tuning(clip.motion, "w", seeds=(), verdicts=verdicts)
     curve = tuning.curve("RightUpLeg")
     for k, tau in enumerate(GRID):
         listed = [i for i in analysis.detect(tau_radians=float(tau)) if i.chain == "RightUpLeg"]
@@ -405,7 +412,9 @@ def test_the_counts_are_those_of_the_list_and_the_verdicts():
 
 def test_frames_that_are_left_out_are_not_counted():
     clip = read_bvh(ASSETS / "walk_injected.bvh")
-    tuning = clip_tuning(clip.motion, "w", seeds=(), verdicts=Verdicts(), left_out=[(140, 344)])
+    tuning = prepare_clip_tuning(
+        clip.motion, "w", seeds=(), verdicts=Verdicts(), left_out=[(140, 344)]
+    )
     assert tuning.curve("RightUpLeg").counts_at(0.05).listed == 2.0  # of five
 
 

@@ -9,7 +9,12 @@ from tests.tiers import parametrize
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.joint_repairs import JointRepairs
 from twistcore.detection.quantity import quantity_of
-from twistcore.detection.turned_ends import APART, SMALLEST, common_turn, turns_of_end
+from twistcore.detection.turned_ends import (
+    APART,
+    SMALLEST,
+    edge_jump_rotations,
+    halfway_edge_rotation,
+)
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decide, Decision
 from twistcore.skeleton.rotation import exponential, geodesic_angle, multiply, normalise
@@ -100,8 +105,8 @@ def test_equal_turns_have_themselves_in_common():
     turn = exponential(np.radians(120.0) * AXIS)
     before, after = WALK.rotations[[10, 30], FOOT]
     edges = np.array([before, multiply(before, turn), -multiply(after, turn), after])
-    turns = turns_of_end(edges)
-    for one in (*turns, common_turn(turns)):
+    turns = edge_jump_rotations(edges)
+    for one in (*turns, halfway_edge_rotation(turns)):
         assert geodesic_angle(one, turn) == pytest.approx(0.0, abs=1e-6)
 
 

@@ -7,12 +7,12 @@ import pytest
 
 from twistcore.analysis.correction.twist_removal import (
     automatic_corrections,
-    carried_by_limb,
+    carried_offsets_by_chain,
     children_off_axis,
+    joints_lacking_channels,
     offsets_by_chain,
     refine,
     remove_twist,
-    stuck_joints,
 )
 from twistcore.detection import Interval, Kind
 from twistcore.skeleton.chain import make_chain
@@ -72,7 +72,7 @@ def test_offsets_of_a_chain_add_up_to_the_shorter_way_round():
     np.testing.assert_allclose(sums["A"], [0, 2, 2, 4 - 2 * np.pi, 2, 2, 0])
     np.testing.assert_allclose(sums["B"], [0.1, 0.1, 0, 0, 0, 0, 0])
     flip = interval("A", 0, 1, 1.0, carried=True)
-    carried = carried_by_limb([*found, flip], FRAMES)
+    carried = carried_offsets_by_chain([*found, flip], FRAMES)
     assert list(carried) == ["A"]
     np.testing.assert_allclose(carried["A"], [1, 0, 0, 0, 0, 0, 0])
 
@@ -160,31 +160,31 @@ def test_what_cannot_be_turned_stays_and_is_named():
     chain = chain_of(motion)
     limb = as_limb(motion, chain)
     own = interval("Thigh", 0, 7)
-    assert stuck_joints(motion, chain, [own]) == ("Shin",)
-    assert stuck_joints(motion, chain, [interval("Other", 0, 7)]) == ()
+    assert joints_lacking_channels(motion, chain, [own]) == ("Shin",)
+    assert joints_lacking_channels(motion, chain, [interval("Other", 0, 7)]) == ()
     assert refine(motion, [chain], [own]).rotations.tolist() == motion.rotations.tolist()
     flip = interval(limb.name, 0, 7, kind=Kind.LIMB_FLIP)
-    assert stuck_joints(motion, limb, [flip]) == ()
+    assert joints_lacking_channels(motion, limb, [flip]) == ()
     assert (refine(motion, [limb], [flip]).rotations[:, 1] != motion.rotations[:, 1]).any()
 
     motion = leg([True, True, True, False, True])  # the end: fine only where it was carried
     limb = as_limb(motion, chain_of(motion))
     flip = interval(limb.name, 0, 3, kind=Kind.LIMB_FLIP)
     carried = interval(limb.name, 4, 6, kind=Kind.LIMB_FLIP, carried=True)
-    assert stuck_joints(motion, limb, [flip, carried]) == ("Foot",)
-    assert stuck_joints(motion, limb, [carried]) == ()
+    assert joints_lacking_channels(motion, limb, [flip, carried]) == ("Foot",)
+    assert joints_lacking_channels(motion, limb, [carried]) == ()
     after = refine(motion, [limb], [flip, carried])
     changed = (after.rotations != motion.rotations).any(axis=(1, 2))
     assert changed.tolist() == [False] * 4 + [True] * 2 + [False]
     offsets = offsets_by_chain([flip, carried], FRAMES)
-    parts = remove_twist(motion, [limb], offsets, carried_by_limb([carried], FRAMES))
+    parts = remove_twist(motion, [limb], offsets, carried_offsets_by_chain([carried], FRAMES))
     np.testing.assert_array_equal(parts.rotations, after.rotations)
     untold = remove_twist(motion, [limb], offsets)
     np.testing.assert_array_equal(untold.rotations, motion.rotations)
 
     motion = leg([True, False, True, True, True])  # the first joint: never
     limb = as_limb(motion, chain_of(motion))
-    assert stuck_joints(motion, limb, [carried]) == ("Thigh",)
+    assert joints_lacking_channels(motion, limb, [carried]) == ("Thigh",)
     after = remove_twist(motion, [limb], offsets, offsets)
     np.testing.assert_array_equal(after.rotations, motion.rotations)
 

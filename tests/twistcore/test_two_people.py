@@ -23,7 +23,7 @@ from twistcore.skeleton.figure import figure_size, guess_up, heading
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.notes import NOISE, RESTLESS_CLIP, SMOOTHED
 from twistcore.skeleton.rotation import normalise
-from twistcore.synthesis import InjectedError, enrich, inject
+from twistcore.synthesis import InjectedError, add_counterpart_twist, inject
 
 DANCE = Path("assets/dance.bvh")
 
@@ -111,7 +111,7 @@ def test_a_restless_person_leaves_the_other_s_finds_as_they_are(pair, people):
 def test_one_person_alone_has_the_same_finds_where_the_budget_is_spent(pair, monkeypatch):
     clean = pair.motion.sliced(1, pair.motion.frames)
     chains = find_chains(clean)
-    motion = enrich(clean, chains)
+    motion = add_counterpart_twist(clean, chains)
     ramp = np.minimum(1.0, np.minimum(np.arange(1, 31), np.arange(30, 0, -1)) / 9.0)
     errors = [
         InjectedError(chain.name, start, start + 30, 0.7 * ramp)

@@ -15,15 +15,15 @@ from tests.twistcore.batch_records import done
 from tests.twistcore.made_records import record_of
 from tests.twistcore.test_cli import run
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.analysis.examination import joints_outside, unexamined_frames
-from twistcore.batch.clip_survey import survey, survey_folder
-from twistcore.batch.gates import broken_rules, parse_rule
+from twistcore.analysis.examination import joints_outside_chains, unexamined_frames
+from twistcore.batch.clip_survey import survey_clip, survey_folder
+from twistcore.batch.gates import broken_rules, parse_batch_rule
 from twistcore.batch.junit import junit_xml
 from twistcore.batch.manifest import Manifest
 from twistcore.batch.result_files import clip_row
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.bvh.compose import write_motion
-from twistcore.report.folder_page import manifest_page
+from twistcore.report.folder_page import clip_page_from_manifest
 from twistcore.report.folder_report import Home
 from twistcore.review import Review, write_session
 from twistcore.skeleton.body import Unexamined
@@ -166,7 +166,7 @@ def test_what_is_found_in_a_short_clip_was_examined(tmp_path, capsys):
 
 def test_joints_outside_chains_are_listed_by_part(clips, capsys):
     analysis = analyse(WALK)
-    outside = joints_outside(analysis.body, analysis.chains_and_limbs)
+    outside = joints_outside_chains(analysis.body, analysis.chains_and_limbs)
     assert outside["root"] == ("Hips",)
     assert set(outside["trunk"]) == {*LEGS, "LowerBack", "Spine", "Spine1"}
     assert outside["below the feet"] == ("LeftToeBase", "RightToeBase")
@@ -248,9 +248,9 @@ def test_a_batch_lists_them_and_rules_fail(clips, tmp_path, capsys):
 
 def test_the_page_of_a_clip_that_is_gone_has_it(clips):
     home = Home("all", "index.html")
-    page = manifest_page(record_of(clips / "one_arm.bvh", "a.bvh"), "it is gone", home)
+    page = clip_page_from_manifest(record_of(clips / "one_arm.bvh", "a.bvh"), "it is gone", home)
     assert page.count("left arm") == 1
-    page = manifest_page(record_of(clips / "three.bvh", "a.bvh"), "it is gone", home)
+    page = clip_page_from_manifest(record_of(clips / "three.bvh", "a.bvh"), "it is gone", home)
     assert page.count(": 3 frames") == 1
 
 
@@ -261,7 +261,7 @@ def test_rules_count_limbs_by_clip_or_over_the_run(rule, clip):
         done(f"{n}.bvh", result={"unexamined": [limb] * k})
         for n, k in zip("abc", (1, 2, 0), strict=True)
     ]
-    (found,) = broken_rules([parse_rule(rule)], [*records, done("older.bvh")])
+    (found,) = broken_rules([parse_batch_rule(rule)], [*records, done("older.bvh")])
     assert (found.clip, found.value) == (clip, 2 if clip else 3)
 
 
@@ -283,6 +283,6 @@ def test_junit_shows_no_clip_as_passed_that_was_not_examined():
 
 
 def test_a_survey_counts_them(clips):
-    assert survey(clips / "one_arm.bvh").unexamined == 1
+    assert survey_clip(clips / "one_arm.bvh").unexamined == 1
     found = {one.path.stem: one.unexamined for one in survey_folder(clips)}
     assert (found["one_arm"], found["whole"]) == (1, 0)

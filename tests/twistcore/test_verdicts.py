@@ -18,7 +18,7 @@ from twistcore.tuning.learned_confidence import (
     reliability,
 )
 from twistcore.tuning.learned_profile import learned_profile
-from twistcore.tuning.verdict_curve import verdict_curve, wilson
+from twistcore.tuning.verdict_curve import verdict_curve, wilson_bounds
 from twistcore.tuning.verdicts_of import (
     JudgedClip,
     Verdict,
@@ -59,7 +59,7 @@ def test_precision_and_recall_are_counts_of_what_is_found():
 
 
 def test_few_verdicts_leave_a_wide_interval_and_none_the_widest():
-    low, high = wilson(np.array([0, 5, 9, 90]), np.array([0, 5, 10, 100]))
+    low, high = wilson_bounds(np.array([0, 5, 9, 90]), np.array([0, 5, 10, 100]))
     # By hand, z = 1.6449: 5 of 5 from 5 / (5 + z²) on; 9 of 10 and 90 of 100 by the quadratic.
     assert (low[0], high[0]) == (0.0, 1.0)
     assert low[1] == pytest.approx(5 / (5 + 1.6449**2))
@@ -73,7 +73,7 @@ def test_the_interval_of_recall_holds_the_truth_as_often_as_it_says():
     rng = np.random.default_rng(3)
     held = 0
     for _ in range(400):
-        low, high = wilson(np.array(rng.binomial(30, 0.8)), np.array(30))
+        low, high = wilson_bounds(np.array(rng.binomial(30, 0.8)), np.array(30))
         held += low <= 0.8 <= high
     assert 0.86 <= held / 400 <= 0.95
 

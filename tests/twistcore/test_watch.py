@@ -19,8 +19,8 @@ from twistcore.batch.inputs import Source
 from twistcore.batch.manifest import Manifest
 from twistcore.batch.run import LOCK
 from twistcore.cli import watch_command
-from twistcore.cli.watch_command import look_again
-from twistcore.files.lock import lock
+from twistcore.cli.watch_command import compare_watched_clips
+from twistcore.files.lock import lock_file
 from twistcore.report import folder_report
 from twistcore.report.picture_job import Drawn
 
@@ -79,12 +79,12 @@ def test_a_look_compares_with_the_one_before_and_with_what_is_done():
     known, changed, new = source("a", "1"), source("b", "2"), source("c", "3")
     before = {"/in/a": "1", "/in/b": "1", "/in/c": "3", "/in/d": "4"}
     done = {"/in/a": known, "/in/b": source("b", "1"), "/in/d": source("d", "4")}
-    look = look_again([known, changed, new], before, done)
+    look = compare_watched_clips([known, changed, new], before, done)
     assert (look.still, look.growing) == ((known, new), (changed,))
     assert [one.path for one in look.gone] == ["/in/d"]
     assert look.news
-    assert not look_again([known, changed], before, done).news  # still growing
-    assert look_again([changed], {"/in/b": "2"}, done).news
+    assert not compare_watched_clips([known, changed], before, done).news  # still growing
+    assert compare_watched_clips([changed], {"/in/b": "2"}, done).news
 
 
 def test_a_clip_is_read_once_it_no_longer_grows(watched):
@@ -162,7 +162,7 @@ def test_while_another_run_writes_it_waits(watched):
 
     def begin():
         handle.append(os.open(watched.out / LOCK, os.O_RDWR))
-        assert lock(handle[0])
+        assert lock_file(handle[0])
         shutil.copy(ASSETS / "walk.bvh", watched.folder)
 
     shutil.copy(DIRTY, watched.folder)

@@ -14,7 +14,12 @@ from tests.messages import names_in_one_line, numbers
 from tests.tiers import parametrize
 from twistcore.analysis.clip_analysis import Detection, analyse, detect
 from twistcore.analysis.correction.twist_removal import remove_twist
-from twistcore.analysis.why_not import Why, peaks_without_interval, unexplained_peaks, why_not
+from twistcore.analysis.why_not import (
+    Why,
+    unexplained_peaks,
+    why_no_interval_edge,
+    why_peaks_lack_interval,
+)
 from twistcore.cli import main
 from twistcore.detection import Interval, Kind
 from twistcore.detection.consistency import chain_analysis
@@ -23,7 +28,7 @@ from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
-from twistcore.synthesis import enrich
+from twistcore.synthesis import add_counterpart_twist
 
 CLIPS = sorted(path.stem for path in ASSETS.glob("*.bvh"))
 WALK = read_bvh(ASSETS / "walk.bvh").motion
@@ -60,7 +65,7 @@ def shaken(motion, degrees, seed=0):
 
 
 def only_one(found, name, frame):
-    (reason,) = [r for r in peaks_without_interval(found, name) if r.frame == frame]
+    (reason,) = [r for r in why_peaks_lack_interval(found, name) if r.frame == frame]
     assert not list(contradictions(found, reason))
     return reason
 
@@ -84,7 +89,7 @@ def test_at_any_frame_there_is_a_reason(clip, method):
     found = detect(read_bvh(ASSETS / f"{clip}.bvh"), method=method)
     for name in list(found.tau)[-4:]:  # chains of a leg, and the limbs
         for frame in range(0, found.analysis.motion.frames):
-            assert not list(contradictions(found, why_not(found, name, frame)))
+            assert not list(contradictions(found, why_no_interval_edge(found, name, frame)))
 
 
 def test_motion_and_jumps_that_do_not_pair_in_a_shaken_clip():
@@ -123,8 +128,8 @@ def test_a_lone_jump_is_named_in_its_own_chain_and_beside():
     found = detect(turned(WALK, arm.parent, arm.axis, 100.0, 200))
     (jump,) = [i for i in found if i.kind == Kind.LONE_JUMP]
     assert (jump.chain, jump.start, jump.joint) == (ARM, 200, ARM)
-    assert names_in_one_line(why_not(found, ARM, 200).text, "200 of LeftArm (+")
-    shoulder = why_not(found, "LeftShoulder", 200)  # LeftArm is its child
+    assert names_in_one_line(why_no_interval_edge(found, ARM, 200).text, "200 of LeftArm (+")
+    shoulder = why_no_interval_edge(found, "LeftShoulder", 200)  # LeftArm is its child
     assert shoulder.why == Why.IMAGE
     assert names_in_one_line(shoulder.text, "LeftArm", "frame 200 (+")
 
@@ -132,13 +137,13 @@ def test_a_lone_jump_is_named_in_its_own_chain_and_beside():
 def test_the_clips_first_frame_may_be_called_1():
     arm = chain_of(WALK, ARM)
     found = detect(turned(WALK, arm.parent, arm.axis, 30.0, 200), kinds={Kind.COUNTER_TWIST})
-    (reason,) = [r for r in peaks_without_interval(found, ARM, first=1) if r.frame == 200]
+    (reason,) = [r for r in why_peaks_lack_interval(found, ARM, first=1) if r.frame == 200]
     assert "frame 201" in reason.text
 
 
 def test_a_neighbours_error_is_named():
     found = detect(twisted(WALK, "LeftForeArm", 60.0, 150, 170), kinds={Kind.COUNTER_TWIST})
-    reason = why_not(found, ARM, 150)  # the forearm is the upper arm's child
+    reason = why_no_interval_edge(found, ARM, 150)  # the forearm is the upper arm's child
     assert reason.why == Why.IMAGE
     assert reason.strength < reason.tau
     assert names_in_one_line(reason.text, "LeftForeArm ", "frames 150–170")
@@ -148,7 +153,7 @@ def test_the_edges_of_a_limbs_flip_are_named():
     found = detect(read_bvh(ASSETS / "kick.bvh"))
     flip = next(i for i in found if i.kind == Kind.LIMB_FLIP)
     thigh = flip.chain.split("-")[0]
-    at = [r for r in peaks_without_interval(found, thigh) if r.frame in (flip.start, flip.stop)]
+    at = [r for r in why_peaks_lack_interval(found, thigh) if r.frame in (flip.start, flip.stop)]
     assert len(at) == 2
     assert {r.why for r in at} == {Why.IMAGE}
     assert all(r.numbers["of"] == flip.chain and not r.suspicious for r in at)
@@ -159,14 +164,14 @@ def test_inside_and_at_the_edges_of_an_interval():
     (interval,) = [i for i in found if i.chain == ARM]
     assert (interval.start, interval.stop) == (150, 170)
     for frame in (150, 160):
-        reason = why_not(found, ARM, frame)
+        reason = why_no_interval_edge(found, ARM, frame)
         assert reason.why == Why.INTERVAL
         assert names_in_one_line(reason.text, f" {frame} ", "150–170 (+60.0°)")
-    reason = why_not(found, ARM, 170)
+    reason = why_no_interval_edge(found, ARM, 170)
     assert reason.why == Why.INTERVAL
     assert "frames 150–170 (+60.0°)" in reason.text
-    assert "above τ" in why_not(found, ARM, 170).text
-    assert "below τ" in why_not(found, ARM, 160).text
+    assert "above τ" in why_no_interval_edge(found, ARM, 170).text
+    assert "below τ" in why_no_interval_edge(found, ARM, 160).text
     assert unexplained_peaks(found, ARM) == unexplained_peaks(detect(WALK), ARM)
 
 
@@ -174,7 +179,7 @@ def test_what_the_review_has_elsewhere():
     found = detect(twisted(WALK, ARM, 60.0, 150, 170), kinds={Kind.COUNTER_TWIST})
     moved = Interval(ARM, 250, 260, np.zeros(10))
     other = Detection(found.analysis, found.method, found.tau, (moved,))
-    assert [r.why for r in peaks_without_interval(other, ARM) if r.frame in (150, 170)] == [
+    assert [r.why for r in why_peaks_lack_interval(other, ARM) if r.frame in (150, 170)] == [
         Why.MOVED,
         Why.MOVED,
     ]
@@ -182,7 +187,9 @@ def test_what_the_review_has_elsewhere():
 
 def test_cuts_and_what_is_too_short_between_them():
     rng = np.random.default_rng(3)
-    q = enrich(WALK, find_chains(WALK)).rotations.copy()  # a silent joint would tell all the same
+    q = add_counterpart_twist(
+        WALK, find_chains(WALK)
+    ).rotations.copy()  # a silent joint would tell all the same
     for start in (150, 158):
         axis = rng.normal(size=(q.shape[1], 3))
         axis /= np.linalg.norm(axis, axis=1, keepdims=True)
@@ -194,7 +201,7 @@ def test_cuts_and_what_is_too_short_between_them():
     found = detect(motion, kinds={Kind.COUNTER_TWIST})
     assert arm.name in found.tau
     for frame in (0, 150, 158):
-        reason = why_not(found, ARM, frame)
+        reason = why_no_interval_edge(found, ARM, frame)
         assert reason.why == Why.CUT
         assert reason.strength == 0.0
     for frame in (153, 155):
@@ -208,7 +215,7 @@ def test_a_jump_that_nothing_takes_back():
     (interval,) = [i for i in found if i.chain == ARM]  # open: clear enough alone
     bare = Detection(found.analysis, found.method, found.tau, ())
     assert interval.open
-    assert why_not(bare, ARM, 170).why == Why.MOVED
+    assert why_no_interval_edge(bare, ARM, 170).why == Why.MOVED
     # In noise it is not that clear.
     noisy = detect(shaken(twisted(WALK, ARM, 14.0, 150), 1.0), tau_degrees=3.0)
     reason = only_one(noisy, ARM, 150)
@@ -220,7 +227,7 @@ def test_a_jump_that_nothing_takes_back():
 
 def test_below_tau_the_sizes_are_told_apart():
     found = detect(twisted(WALK, ARM, 2.0, 150, 170), tau_degrees=2.001, kinds={Kind.COUNTER_TWIST})
-    reason = why_not(found, ARM, 150)
+    reason = why_no_interval_edge(found, ARM, 150)
     assert reason.why == Why.BELOW
     size, frame, tau = numbers(reason.text)[:3]
     assert frame == 150
@@ -231,17 +238,17 @@ def test_limbs_say_what_a_jump_costs():
     found = detect(read_bvh(ASSETS / "kick.bvh"))
     limb = found.limbs[0].name
     low = found.analysis.detect(tau_radians={n: 0.1 * t for n, t in found.tau.items()})
-    told = [r for c in low.limbs for r in peaks_without_interval(low, c.name)]
+    told = [r for c in low.limbs for r in why_peaks_lack_interval(low, c.name)]
     assert {r.why for r in told} <= {Why.MOTION, Why.NO_PARTNER, Why.OTHER, Why.IMAGE}
     motion = [r for r in told if r.why == Why.MOTION]
     assert motion
     assert all(r.numbers["cost_flip"] >= r.numbers["spares"] for r in motion)
-    assert why_not(found, limb, 0).why == Why.CUT
+    assert why_no_interval_edge(found, limb, 0).why == Why.CUT
 
 
 def test_a_name_that_there_is_not():
     with pytest.raises(TwistError):
-        why_not(detect(WALK), "Tail", 3)
+        why_no_interval_edge(detect(WALK), "Tail", 3)
 
 
 def test_explain_says_the_reasons(capsys):
@@ -281,8 +288,8 @@ def test_what_all_the_evidence_takes_for_motion_is_no_find_and_the_answer_says_s
     (taken,) = without.analysis.by().taken_for_motion(ARM, without.tau[ARM])
     assert (taken.start, taken.stop) == (found.start, found.stop)
     for frame in (150, 170):
-        reason = why_not(without, ARM, frame)
+        reason = why_no_interval_edge(without, ARM, frame)
         assert reason.why == Why.MOTION
         assert (reason.numbers["start"], reason.numbers["stop"]) == (150, 170)
         assert "often" in reason.text
-    assert why_not(without, ARM, 300).why != Why.MOTION
+    assert why_no_interval_edge(without, ARM, 300).why != Why.MOTION

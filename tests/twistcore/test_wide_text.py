@@ -13,12 +13,12 @@ from tests.twistcore import amc_files
 from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.cli import main
 from twistcore.errors import AmcError, BvhError
-from twistcore.export.exported_clips import exports_among
-from twistcore.files.kinds import BVH, kind_of
-from twistcore.files.wide_text import wide_codec, wide_text
+from twistcore.export.exported_clips import find_exported_clips
+from twistcore.files.kinds import BVH, detect_file_kind
+from twistcore.files.wide_text import decode_utf16_or_utf32, utf16_or_utf32_codec
 from twistcore.formats.amc import read_amc
 from twistcore.formats.bvh import decimated, parse_bvh, read_bvh
-from twistcore.formats.clip import rewritten
+from twistcore.formats.clip import patch_clip
 from twistcore.skeleton.chain import find_chains
 
 MARKS = {
@@ -66,10 +66,10 @@ def test_it_means_the_same_and_only_what_is_corrected_is_other(codec, marked):
     assert clip.data == data
     [warning] = clip.warnings
     assert names_in_one_line(str(warning), codec[:6].upper(), "UTF-8")
-    assert rewritten(clip, clip.motion).data == data
-    written = rewritten(clip, turned(clip)).data
+    assert patch_clip(clip, clip.motion).data == data
+    written = patch_clip(clip, turned(clip)).data
     assert written != data
-    assert written == encoded(rewritten(plain, turned(plain)).data, codec, marked)
+    assert written == encoded(patch_clip(plain, turned(plain)).data, codec, marked)
 
 
 @CODECS
@@ -90,8 +90,8 @@ def test_a_part_of_a_character_at_the_end_is_kept(codec):
     data = encoded(walk(), codec, True) + b"\n"
     clip = parse_bvh(data)
     assert clip.frames == 40
-    assert rewritten(clip, clip.motion).data == data
-    assert rewritten(clip, turned(clip)).data.endswith(b"\n")
+    assert patch_clip(clip, clip.motion).data == data
+    assert patch_clip(clip, turned(clip)).data.endswith(b"\n")
 
 
 @given(
@@ -105,9 +105,9 @@ def test_a_part_of_a_character_at_the_end_is_kept(codec):
 def test_any_bytes_come_back(rest, codec, marked, begin):
     data = (MARKS[codec] if marked else b"") + begin.decode().encode(codec) + rest
     try:
-        wide = wide_text(data)
+        wide = decode_utf16_or_utf32(data)
     except UnicodeDecodeError:
-        assert codec.startswith("utf-32") or wide_codec(data).startswith("utf-32")
+        assert codec.startswith("utf-32") or utf16_or_utf32_codec(data).startswith("utf-32")
         return
     if wide is not None:
         assert wide.encoded(wide.text) == data
@@ -115,7 +115,7 @@ def test_any_bytes_come_back(rest, codec, marked, begin):
 
 def test_what_is_no_wide_text_is_left_alone():
     for data in (b"", b"H\x00", b"HIERARCHY\n", walk(), b"\x00\x00\x00\x18ftypmp42isom", bytes(64)):
-        assert wide_codec(data) is None
+        assert utf16_or_utf32_codec(data) is None
 
 
 def test_numbers_that_are_no_characters_are_refused_in_a_sentence():
@@ -125,8 +125,8 @@ def test_numbers_that_are_no_characters_are_refused_in_a_sentence():
 
 @CODECS
 def test_a_bvh_of_another_name_is_recognised(codec):
-    assert kind_of(encoded(walk(), codec, True)[:512]) is BVH
-    assert kind_of(encoded(walk(), codec, False)[:511]) is BVH
+    assert detect_file_kind(encoded(walk(), codec, True)[:512]) is BVH
+    assert detect_file_kind(encoded(walk(), codec, False)[:511]) is BVH
 
 
 def test_fewer_frames_of_it_are_a_clip_again():
@@ -151,8 +151,8 @@ def test_an_export_is_told_from_a_clip_by_what_is_before_its_motion(codec, tmp_p
     source, export = tmp_path / "walk.bvh", tmp_path / "walk_refined.bvh"
     source.write_bytes(encoded(walk(), codec, True))
     clip = read_bvh(source)
-    export.write_bytes(rewritten(clip, turned(clip)).data)
-    assert exports_among([source, export]) == {export: source.name}
+    export.write_bytes(patch_clip(clip, turned(clip)).data)
+    assert find_exported_clips([source, export]) == {export: source.name}
 
 
 @CODECS

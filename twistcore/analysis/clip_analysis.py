@@ -15,36 +15,44 @@ from weakref import WeakKeyDictionary
 from twistcore.analysis.correction.protected_measures import (
     Hinges,
     ProtectedMeasure,
-    interval_at_frames,
     protected_measures,
+    restrict_interval_to_frames,
 )
 from twistcore.analysis.correction.twist_removal import automatic_corrections, refine, refiner
-from twistcore.analysis.examination import frames_note, unexamined_limbs, why_not_examined
+from twistcore.analysis.examination import (
+    unexamined_limbs,
+    unexamined_segments_note,
+    why_not_examined,
+)
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Detector, Interval, Kind
 from twistcore.detection.all_joints.body_steps import BodyStep, body_steps
-from twistcore.detection.capture_faults import at_body_step, frozen_sentence, outside_chains
+from twistcore.detection.capture_faults import (
+    bursts_outside_chains,
+    frozen_spans_sentence,
+    is_at_body_step,
+)
 from twistcore.detection.carried_rolls import (
     CarriedRolls,
     CarriedRollTest,
     analyse_carried_rolls,
 )
 from twistcore.detection.constant_offsets import constant_offsets, offsets_from
-from twistcore.detection.cuts import border_notes
+from twistcore.detection.cuts import ignored_frames_notes
 from twistcore.detection.finding import KindSearch, intervals_of_kind
 from twistcore.detection.helper_rolls import HelperAnalysis, analyse_helpers
 from twistcore.detection.limb_flips import LimbFlipAnalysis, analyse_limbs
 from twistcore.detection.noise_bursts import NoiseBurst, burst_sentences, noise_bursts
 from twistcore.detection.smoothed_spans import SmoothedSpan, smoothed_sentences, smoothed_spans
-from twistcore.detection.soft_errors import unsearched_sentences
+from twistcore.detection.soft_errors import unsearched_frames_sentences
 from twistcore.errors import TwistError
 from twistcore.formats.clip import Clip
 from twistcore.skeleton.body import Body, Unexamined
-from twistcore.skeleton.chain import Chain, by_person, chain_named
+from twistcore.skeleton.chain import Chain, chain_named, group_chains_by_person
 from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.motion import HasMotion, Motion, forward_kinematics, motion_of
-from twistcore.skeleton.notation import DistinctFrames, notation_notes
+from twistcore.skeleton.notation import DistinctFrames, rounding_and_key_notes
 from twistcore.skeleton.notes import (
     CONSTANT_OFFSET,
     FROZEN,
@@ -61,7 +69,7 @@ from twistcore.skeleton.rig import AS_FOUND, Rig
 from twistcore.skeleton.rotation import Array
 from twistcore.skeleton.signals import TwistSignals, signals_of_chains
 from twistcore.work.frozen import dataclass
-from twistcore.work.progress import Tell, nobody
+from twistcore.work.progress import Tell, ignore_progress
 
 SomeFault = TypeVar("SomeFault", NoiseBurst, SmoothedSpan)
 # One value for all chains, or values keyed by the name of a chain or limb.
@@ -255,13 +263,13 @@ class ClipAnalysis:
         if self.not_examined:
             notes = [Note(NOT_EXAMINED, f"The clip could not be examined: {self.not_examined}.")]
         else:
-            if left_out := frames_note(self.motion):
+            if left_out := unexamined_segments_note(self.motion):
                 notes.append(Note(UNEXAMINED, left_out))
             offsets = constant_offsets(self.motion, self._of_limbs)
             notes += (Note(CONSTANT_OFFSET, str(offset)) for offset in offsets)
             notes += self._fault_notes()
-        borders = (Note("border", text) for text in border_notes(self.motion))
-        return (*notes, *notation_notes(self.motion), *borders)
+        borders = (Note("border", text) for text in ignored_frames_notes(self.motion))
+        return (*notes, *rounding_and_key_notes(self.motion), *borders)
 
     def compared_with(
         self, reference: Clip | Motion | HasMotion, name: str = ""
@@ -292,7 +300,7 @@ class ClipAnalysis:
         `tell` is called with the progress, 0…1. Raises TwistError if the method is unknown or
         fails.
         """
-        tell, detector = tell or nobody, DETECTORS.named(method)
+        tell, detector = tell or ignore_progress, DETECTORS.named(method)
         if self._whole is not None:
             return self._whole.by(method, tell)
         if self._detectors.get(method) is detector:  # without waiting for other detectors
@@ -371,10 +379,10 @@ class ClipAnalysis:
         bursts, frozen = (sum(map(len, own.values())) for own in found)
         every = self.every_chain if self._people is None else self.rig.chains(self.motion)
         limbs = [c for c in every if not isinstance(c, Helper | Limb)]
-        outside = self._of_people(outside_chains(limbs, self.bursts))
+        outside = self._of_people(bursts_outside_chains(limbs, self.bursts))
         names = self.motion.skeleton.names
         yield from (Note(NOISE, text) for text in burst_sentences(bursts, outside, names))
-        if said := frozen_sentence(frozen):
+        if said := frozen_spans_sentence(frozen):
             yield Note(FROZEN, said)
         smoothed = self._of_people(smoothed_spans(self.motion))
         yield from (Note(SMOOTHED, text) for text in smoothed_sentences(smoothed, names))
@@ -549,7 +557,7 @@ class ClipAnalysis:
         least = max(RESTLESS, RESTLESS_A_MINUTE * self.motion.frames / self.motion.fps / 60.0)
         counts = {
             person: sum(not self._in_burst(j) for c in own for j in jumps[c.name])
-            for person, own in by_person(self._of_limbs).items()
+            for person, own in group_chains_by_person(self._of_limbs).items()
         }
         return tuple(person for person, count in counts.items() if count >= least)
 
@@ -604,12 +612,12 @@ class ClipAnalysis:
         the step must remain after all counter-twists are removed.
         """
         person = self.chain(interval.chain).person
-        if not at_body_step(body_steps(self.motion), interval, person):
+        if not is_at_body_step(body_steps(self.motion), interval, person):
             return False
         if method not in self._steps_left:
             untwisted = refine(self.motion, self._of_limbs, self._twists_by(method))
             self._steps_left[method] = body_steps(untwisted)
-        return at_body_step(self._steps_left[method], interval, person)
+        return is_at_body_step(self._steps_left[method], interval, person)
 
     def _measures(self, interval: Interval, method: str) -> tuple[ProtectedMeasure, ...]:
         """Measure how the correction of an interval affects its limb and neighbouring chains."""
@@ -624,7 +632,7 @@ class ClipAnalysis:
                 return measured
         # Interpolated and held frames were not captured, so errors that appear only in them are
         # ignored.
-        own, *others = (interval_at_frames(i, kept.first) for i in (interval, *others))
+        own, *others = (restrict_interval_to_frames(i, kept.first) for i in (interval, *others))
         needed = {i.chain for i in (own, *others)}
         chains = [c.at(kept.first) for c in self._of_limbs if c.name in needed]
         hinges = self._hinges_by(method, kept)
@@ -671,7 +679,10 @@ class ClipAnalysis:
         if key not in self._hinges:
             finds, motion = self._twists_by(method), self.motion
             if kept is not None:
-                motion, finds = kept.motion, [interval_at_frames(i, kept.first) for i in finds]
+                motion, finds = (
+                    kept.motion,
+                    [restrict_interval_to_frames(i, kept.first) for i in finds],
+                )
             known = getattr(self.by(method), "witnesses", {})
             self._hinges[key] = Hinges(motion, finds, known)
         return self._hinges[key]
@@ -950,7 +961,10 @@ class Detection:
             self.analysis.kept(self.method), "left", {}
         )
         looked_at = {name: spans for name, spans in left.items() if name in self.tau}
-        notes = (*notes, *(Note(UNSEARCHED, said) for said in unsearched_sentences(looked_at)))
+        notes = (
+            *notes,
+            *(Note(UNSEARCHED, said) for said in unsearched_frames_sentences(looked_at)),
+        )
         notes = (*notes, *(Note(UNSEARCHED, f"{why}.") for why in self.analysis.failed_kinds))
         return (*notes, *(Note(RESTLESS_CLIP, said) for said in self._restless_sentences()))
 
@@ -960,7 +974,7 @@ class Detection:
         for person in self.analysis.restless(self.method):
             if person not in looked_at:
                 continue
-            own = by_person(self.analysis.every_chain)[person]
+            own = group_chains_by_person(self.analysis.every_chain)[person]
             jumps = self.analysis.jumps(self.method)
             count = sum(len(jumps.get(c.name, ())) for c in own)
             if person:

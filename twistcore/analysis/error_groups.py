@@ -29,7 +29,7 @@ from itertools import pairwise
 import numpy as np
 
 from twistcore.detection import Interval, Kind
-from twistcore.skeleton.chain import Chain, chains_by_limb
+from twistcore.skeleton.chain import Chain, group_connected_chains
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton
 from twistcore.work.frozen import dataclass
@@ -96,7 +96,7 @@ def error_groups(
 
 def _limb_starts(skeleton: Skeleton, chains: Iterable[Chain]) -> list[int]:
     """Return, for each joint, the first joint of its limb, or the root if it has no limb."""
-    found = chains_by_limb(skeleton, tuple(chains))
+    found = group_connected_chains(skeleton, tuple(chains))
     first = {min(chain.parent for chain in line) for line in found}
     starts: list[int] = []
     for joint, parent in enumerate(skeleton.parents):
@@ -184,7 +184,7 @@ def _overlapping(
         last[here.chain] = k
 
 
-def without_alternatives(
+def drop_weaker_alternatives(
     intervals: Sequence[Interval],
     chains: Iterable[Chain],
     skeleton: Skeleton,

@@ -9,10 +9,10 @@ import numpy as np
 
 from twistcore.detection.cuts import (
     SHORTEST_SEGMENT,
+    count_leading_rest_frames,
+    count_trailing_rest_frames,
     find_cuts,
-    leading_frames,
     segments_between,
-    trailing_frames,
 )
 from twistcore.skeleton.body import Body, Unexamined, ancestors
 from twistcore.skeleton.chain import Chain
@@ -41,7 +41,7 @@ def why_not_examined(motion: Motion, chains: Sequence[Chain]) -> str:
     return ""
 
 
-def frames_note(motion: Motion) -> str:
+def unexamined_segments_note(motion: Motion) -> str:
     """Return a sentence about segments between cuts that are too short to examine, or ''.
 
     T-poses at the ends of the clip, and blends from or to them, are not examined either. The
@@ -69,8 +69,8 @@ def unexamined_frames(motion: Motion) -> tuple[tuple[int, int], ...]:
     left_out = np.ones(motion.frames, dtype=bool)
     for start, stop in segments_between(find_cuts(motion), motion.fps):
         left_out[start:stop] = False
-    left_out[: leading_frames(motion)] = False
-    left_out[motion.frames - trailing_frames(motion) :] = False
+    left_out[: count_leading_rest_frames(motion)] = False
+    left_out[motion.frames - count_trailing_rest_frames(motion) :] = False
     edges = np.flatnonzero(np.diff(left_out, prepend=False, append=False)).tolist()
     return tuple((a, b) for k, (a, b) in enumerate(pairwise(edges)) if k % 2 == 0)
 
@@ -89,7 +89,7 @@ def unexamined_limbs(body: Body, chains: Sequence[Chain]) -> tuple[Unexamined, .
     return tuple(u for u in body.missing if (u.person, u.side, u.kind) not in covered)
 
 
-def joints_outside(body: Body, chains: Sequence[Chain]) -> Mapping[str, tuple[str, ...]]:
+def joints_outside_chains(body: Body, chains: Sequence[Chain]) -> Mapping[str, tuple[str, ...]]:
     """Return the names of the joints that no chain examines, keyed by body part.
 
     The parts are the root, the trunk (all joints above a limb), the joints below the hands or the

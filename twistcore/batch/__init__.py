@@ -4,25 +4,25 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from twistcore.batch.clip_severity import severity
-    from twistcore.batch.clip_survey import ClipSurvey, survey, survey_folder
+    from twistcore.batch.clip_severity import clip_severity
+    from twistcore.batch.clip_survey import ClipSurvey, survey_clip, survey_folder
     from twistcore.batch.manifest import ClipRecord, Manifest, is_batch_folder
 
 __all__ = [
     "ClipRecord",
     "ClipSurvey",
     "Manifest",
+    "clip_severity",
     "is_batch_folder",
-    "severity",
-    "survey",
+    "survey_clip",
     "survey_folder",
 ]
 
 if not TYPE_CHECKING:
     # Modules are loaded on first use, since reading a manifest does not need numpy.
     _HOMES = {
-        "clip_survey": "ClipSurvey survey survey_folder",
-        "clip_severity": "severity",
+        "clip_survey": "ClipSurvey survey_clip survey_folder",
+        "clip_severity": "clip_severity",
         "manifest": "ClipRecord Manifest is_batch_folder",
     }
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from twistcore.batch.gates import Broken
 from twistcore.batch.manifest import ClipRecord
 from twistcore.files.atomic import write_atomically
-from twistcore.files.encoding import legible
+from twistcore.files.encoding import escape_control_characters
 
 
 def write_annotations(path: Path, records: Iterable[ClipRecord], broken: Iterable[Broken]) -> None:
@@ -64,4 +64,6 @@ def _value(text: str) -> str:
 
 
 def _data(text: str) -> str:
-    return legible(text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A"))
+    return escape_control_characters(
+        text.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
+    )

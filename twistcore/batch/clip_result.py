@@ -12,16 +12,16 @@ import numpy as np
 
 from twistcore.analysis.clip_analysis import ALL_KINDS, Detection, analyse
 from twistcore.analysis.quality.figure import figure_quality
-from twistcore.batch.clip_severity import severity
+from twistcore.batch.clip_severity import clip_severity
 from twistcore.batch.parameters import Parameters
 from twistcore.detection import Kind
 from twistcore.export.detection_json import detection_tau_degrees, intervals_to_json
 from twistcore.formats.bvh import parse_bvh
-from twistcore.formats.clip import Clip, rewritten
+from twistcore.formats.clip import Clip, patch_clip
 from twistcore.formats.reading import read_clip
-from twistcore.skeleton.chain import chain_notes
+from twistcore.skeleton.chain import chain_warnings
 from twistcore.skeleton.motion import Motion
-from twistcore.skeleton.own_words import with_own_words
+from twistcore.skeleton.own_words import add_user_joint_words
 from twistcore.skeleton.rig import AS_FOUND, rig_from_json
 from twistcore.skeleton.rotation import largest_and_rms
 
@@ -51,7 +51,7 @@ def process_clip(path: Path, parameters: Parameters) -> tuple[Clip, dict[str, An
     if not parameters.refine:
         return clip, document, None
     refined, applied, left = _refined(clip, found, parameters)
-    corrected = rewritten(clip, refined).data
+    corrected = patch_clip(clip, refined).data
     document["warnings"] += left
     document["applied"], document["uncorrected"] = applied, left
     document["left"] = document["intervals"]
@@ -66,7 +66,7 @@ def process_clip(path: Path, parameters: Parameters) -> tuple[Clip, dict[str, An
 def _detected(clip: Clip | Motion, parameters: Parameters) -> Detection:
     rig = AS_FOUND if parameters.rig is None else rig_from_json(parameters.rig)
     motion = clip.motion if isinstance(clip, Clip) else clip
-    rig = with_own_words(rig, motion, parameters.joint_names)
+    rig = add_user_joint_words(rig, motion, parameters.joint_names)
     analysis = analyse(clip, list(parameters.chains) or None, rig, parameters.people or None)
     kinds = [Kind(kind) for kind in parameters.kinds] or ALL_KINDS
     for_all = None if parameters.tau_deg is None else math.radians(parameters.tau_deg)
@@ -99,7 +99,7 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
         "intervals": intervals_to_json(found),
         "counts": {kind.value: counts[kind] for kind in Kind},
         "affected_frames": int(wrong.sum()),
-        "severity": severity(found),
+        "severity": clip_severity(found),
         "degrees": {"max": largest, "rms": rms},
         "chains": [chain.name for chain in chains],
         "unchecked": found.not_examined,
@@ -107,7 +107,7 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
         "warnings": [
             *map(str, clip.warnings),
             *map(str, found.notes),
-            *chain_notes(found.chains),
+            *chain_warnings(found.chains),
         ],
         "applied": None,
         "uncorrected": None,
@@ -121,13 +121,17 @@ def _refined(clip: Clip, found: Detection, parameters: Parameters) -> tuple[Moti
 
     Each message names a chain that was not corrected, and gives the reason.
     """
-    from twistcore.export.replay import accepted_motion, correctable, uncorrected_chain_sentences
+    from twistcore.export.replay import (
+        accepted_motion,
+        correctable_intervals,
+        uncorrected_chain_sentences,
+    )
     from twistcore.review import Review
 
     chains, review = found.chains_and_limbs, Review.of(found)
     review.accept(parameters.min_confidence, include_open=parameters.include_open)
     refined = accepted_motion(clip, chains, review.state)
-    applied = correctable(clip.motion, chains, review.accepted)
+    applied = correctable_intervals(clip.motion, chains, review.accepted)
     return (
         refined,
         len(applied),

@@ -8,16 +8,16 @@ from functools import partial
 from pathlib import Path
 
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.batch.clip_severity import severity
+from twistcore.batch.clip_severity import clip_severity
 from twistcore.detection import DEFAULT_METHOD
 from twistcore.export.exported_clips import without_exports
-from twistcore.formats.clip_files import clips_in
+from twistcore.formats.clip_files import clip_paths_in_folder
 from twistcore.formats.reading import read_clip
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rig import AS_FOUND, Rig
 from twistcore.tuning import Profile
-from twistcore.tuning.stated_precision import AutomaticCorrection, corrections_in
-from twistcore.work.processes import each, reason
+from twistcore.tuning.stated_precision import AutomaticCorrection, corrections_with_confidence
+from twistcore.work.processes import describe_failure, map_in_processes
 from twistcore.work.progress import Tell
 
 
@@ -68,7 +68,7 @@ class ClipSurvey:
     automatic: tuple[AutomaticCorrection, ...] = ()
 
 
-def survey(
+def survey_clip(
     path: Path, profile: Profile | None = None, rig_of: Callable[[Motion], Rig] | None = None
 ) -> ClipSurvey:
     """Read and analyse a clip, and return its summary.
@@ -93,7 +93,7 @@ def survey(
     tau = profile.of(analysis.chains_and_limbs)
     found = analysis.detect(profile.method or DEFAULT_METHOD, tau_radians=tau)
     frames, fps = clip.motion.frames, clip.motion.fps
-    bad, missing = severity(found), clip.missing_frames
+    bad, missing = clip_severity(found), clip.missing_frames
     return ClipSurvey(
         path,
         frames,
@@ -103,7 +103,7 @@ def survey(
         unchecked=found.not_examined,
         missing_frames=missing,
         unexamined=len(analysis.unexamined),
-        automatic=corrections_in(found),
+        automatic=corrections_with_confidence(found),
     )
 
 
@@ -147,10 +147,12 @@ def survey_folder(
     >>> worst.path.name, worst.intervals
     ('kick.bvh', 16)
     """
-    paths = without_exports(clips_in(Path(folder)))
+    paths = without_exports(clip_paths_in_folder(Path(folder)))
     found = []
-    for path, r in each(partial(survey, profile=profile), paths, workers):
-        found.append(ClipSurvey(path, problem=reason(path, r)) if isinstance(r, Exception) else r)
+    for path, r in map_in_processes(partial(survey_clip, profile=profile), paths, workers):
+        found.append(
+            ClipSurvey(path, problem=describe_failure(path, r)) if isinstance(r, Exception) else r
+        )
         if tell is not None:
             tell(len(found) / len(paths))
     return sorted(found, key=lambda s: (bool(s.problem), -s.severity, s.path))

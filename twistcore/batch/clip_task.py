@@ -21,7 +21,7 @@ from twistcore.errors import TwistError
 from twistcore.files.marks import sha256_of
 from twistcore.formats.suffixes import known_formats
 from twistcore.work.frozen import dataclass
-from twistcore.work.memory import SPARE, forget_peak, limited_memory, peak_memory
+from twistcore.work.memory import SPARE, limited_memory, peak_memory, reset_peak_memory
 
 Bytes: TypeAlias = bytes  # Outcome has a field called `bytes`
 
@@ -70,8 +70,8 @@ class Outcome:
     again
         True if the task may succeed when repeated.
     sha256, bytes, signature
-        Hash, size and signature (:func:`signature_of`) of the file that was read. The signature is
-        '' if it is not reliable.
+        Hash, size and signature (:func:`file_signature`) of the file that was read. The signature
+        is '' if it is not reliable.
     seconds, peak_bytes
         Time and memory used for processing.
     corrected
@@ -98,7 +98,7 @@ class Outcome:
 def run_task(task: ClipTask) -> Outcome:
     """Run a task and return its outcome. Errors are described in the outcome and never raised."""
     begin = time.perf_counter()
-    forget_peak()
+    reset_peak_memory()
     found: dict[str, Any] = {}
     try:
         with limited_memory(task.size, task.memory):
@@ -122,7 +122,7 @@ def run_task(task: ClipTask) -> Outcome:
     return Outcome(**found, seconds=time.perf_counter() - begin, peak_bytes=peak_memory())
 
 
-def signature_of(path: Path | str) -> tuple[str, bool]:
+def file_signature(path: Path | str) -> tuple[str, bool]:
     """Return a file's signature, and whether it is reliable.
 
     The signature is a string that contains the file's size, modification time and inode. As long as
@@ -131,7 +131,7 @@ def signature_of(path: Path | str) -> tuple[str, bool]:
     OSError.
     """
     states = [Path(path).stat()]
-    if companion := companion_of(path):
+    if companion := clip_companion_suffix(path):
         with os.scandir(Path(path).parent) as entries:
             companions = sorted((e.name, e) for e in entries if e.name.lower().endswith(companion))
         for _, entry in companions:
@@ -146,10 +146,10 @@ def signature_of(path: Path | str) -> tuple[str, bool]:
 
 def has_companions(path: Path | str) -> bool:
     """Return True if a clip needs other files, such as the skeleton file of an AMC clip."""
-    return bool(companion_of(path))
+    return bool(clip_companion_suffix(path))
 
 
-def companion_of(path: Path | str) -> str:
+def clip_companion_suffix(path: Path | str) -> str:
     """Return the suffix of additional files that a clip needs, such as '.asf', or '' if none."""
     known = known_formats().get(Path(path).suffix.lower())
     return known.companion if known else ""
@@ -159,7 +159,7 @@ def _carried_out(task: ClipTask) -> dict[str, Any]:
     from twistcore.batch.clip_result import process_clip  # numpy, scipy
 
     with _on_this_disk(task) as path:
-        before, settled = signature_of(path)
+        before, settled = file_signature(path)
         if not path.is_file():  # opening a FIFO would wait for its writer
             raise TwistError(f"{path}: expected a regular file")
         try:
@@ -172,7 +172,7 @@ def _carried_out(task: ClipTask) -> dict[str, Any]:
             known = {"result": result, "corrected": corrected}
             known |= {} if corrected is None else {"companions": clip.companions}
             known |= {"bytes": len(clip.data), "sha256": clip.sha256}
-        same = signature_of(path)[0] == before
+        same = file_signature(path)[0] == before
     if "reason" in known and not same:  # the file was still being written and may now be complete
         known["again"] = True
     if same and settled and str(path) == task.source:

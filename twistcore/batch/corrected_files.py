@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from twistcore.batch.clip_task import signature_of
+from twistcore.batch.clip_task import file_signature
 from twistcore.batch.manifest import ManifestRow
 from twistcore.errors import TwistError
 from twistcore.files.atomic import write_atomically, write_companions
@@ -69,11 +69,11 @@ def write_corrected(
         row,
         corrected=relative,
         corrected_sha256=mark,
-        corrected_signature=signature_of(path)[0],
+        corrected_signature=file_signature(path)[0],
     )
 
 
-def is_intact(folder: Path, row: ManifestRow) -> bool:
+def is_corrected_file_unchanged(folder: Path, row: ManifestRow) -> bool:
     """Return True if a clip's corrected file is unchanged since it was written.
 
     If its size, modification time and inode are the same, the file counts as unchanged. If they
@@ -81,7 +81,7 @@ def is_intact(folder: Path, row: ManifestRow) -> bool:
     """
     path = folder / row.corrected
     try:
-        if signature_of(path)[0] == row.corrected_signature:
+        if file_signature(path)[0] == row.corrected_signature:
             return True
         known = bool(row.corrected) and path.is_file()
         return known and sha256_of(path) == row.corrected_sha256

@@ -31,7 +31,7 @@ _own = threading.local()
 
 
 @contextmanager
-def cluster(address: str | None, workers: int | None) -> Iterator[CarryOut]:
+def open_dask_cluster(address: str | None, workers: int | None) -> Iterator[CarryOut]:
     """Yield a function that runs tasks on a Dask cluster.
 
     A local cluster accepts only connections with its own temporary certificate, because anyone who
@@ -104,7 +104,7 @@ def _silence() -> Iterator[None]:
         logging.disable(before)
 
 
-def process_apart(task: ClipTask, seconds: float) -> Outcome | Exception:
+def run_in_separate_process(task: ClipTask, seconds: float) -> Outcome | Exception:
     """Run a task on a worker in a separate process. Exceptions are returned, not raised.
 
     `seconds` is the processor time allowed for the task.
@@ -154,7 +154,7 @@ def _send(
     under_way: dict[str, tuple[ClipTask, Any]],
     finished: queue.Queue[str],
 ) -> None:
-    future = client.submit(process_apart, task, seconds(task), pure=False)
+    future = client.submit(run_in_separate_process, task, seconds(task), pure=False)
     under_way[future.key] = task, future
     future.add_done_callback(lambda done: finished.put(done.key))
 

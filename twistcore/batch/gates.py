@@ -136,7 +136,7 @@ class Broken:
         return f"{who}: {found}, which breaks the rule {self.rule.text!r}"
 
 
-def parse_rule(text: str) -> Rule:
+def parse_batch_rule(text: str) -> Rule:
     """Parse a rule in the syntax of :data:`GRAMMAR`. Raises TwistError if the syntax is wrong."""
 
     def refused(expected: str) -> TwistError:

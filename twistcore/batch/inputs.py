@@ -11,10 +11,10 @@ from dataclasses import replace
 from fnmatch import fnmatch
 from pathlib import Path, PurePosixPath
 
-from twistcore.batch.clip_task import signature_of
+from twistcore.batch.clip_task import file_signature
 from twistcore.batch.manifest import FILE, is_batch_folder
 from twistcore.errors import TwistError
-from twistcore.export.exported_clips import exports_in
+from twistcore.export.exported_clips import find_exports_in_folder
 from twistcore.files.ordinary import read_file
 from twistcore.formats.suffixes import CLIP_SUFFIXES, known_formats
 from twistcore.work.frozen import dataclass
@@ -65,7 +65,7 @@ class Inputs:
     exports: int = 0
 
 
-def find_inputs(
+def find_input_clips(
     words: Iterable[str], without: Path | None = None, *, may_be_none: bool = False
 ) -> Inputs:
     """Return the clips to which some words, such as command-line arguments, refer.
@@ -79,7 +79,7 @@ def find_inputs(
     - the URL of a file or folder
 
     In local folders and patterns, files that this program exported from other clips are skipped
-    (see `exported_clips.exports_among`).
+    (see `exported_clips.find_exported_clips`).
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def find_inputs(
     )
 
 
-def with_stored_names(sources: Iterable[Source], names: Mapping[str, str]) -> list[Source]:
+def assign_batch_names(sources: Iterable[Source], names: Mapping[str, str]) -> list[Source]:
     """Return the sources with the names that they have in a batch, or with new, unique names.
 
     `names` maps the path of each clip in the batch to its name. Clips that are already in the batch
@@ -270,9 +270,9 @@ def _has_other_data(path: str) -> bool:
     known = known_formats().get(os.path.splitext(path)[1].lower())  # noqa: PTH122
     if known is None or not known.without_motion:
         return False
-    from twistcore.formats.reading import is_other_data  # numpy
+    from twistcore.formats.reading import is_clip_without_motion  # numpy
 
-    return is_other_data(path)
+    return is_clip_without_motion(path)
 
 
 def _exports_among(sources: Iterable[Source]) -> set[str]:
@@ -284,7 +284,7 @@ def _exports_among(sources: Iterable[Source]) -> set[str]:
     return {
         os.path.join(folder, name)  # noqa: PTH118
         for folder, names in folders.items()
-        for name in exports_in(folder, names)
+        for name in find_exports_in_folder(folder, names)
     }
 
 
@@ -308,7 +308,7 @@ def _of_files(files: Iterable[str]) -> Iterator[Source]:
 
 def _source(path: str, name: str) -> Source:
     try:
-        signature, settled = signature_of(path)
+        signature, settled = file_signature(path)
     except OSError:  # missing, or a broken link: reading it reports the error
         return Source(path, name)
     return Source(path, name, int(signature.partition(" ")[0]), signature, settled)

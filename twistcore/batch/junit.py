@@ -17,7 +17,7 @@ from twistcore.batch.clip_severity import unexamined_limb_sentences
 from twistcore.batch.gates import Broken, Rule
 from twistcore.batch.manifest import ClipRecord
 from twistcore.files.atomic import write_atomically
-from twistcore.files.encoding import escaped
+from twistcore.files.encoding import escape_invalid_utf8
 
 _NOT_XML = re.compile(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # in XML 1.0
 _SUITE = "twistcore batch"
@@ -114,4 +114,4 @@ def _ending(case: ElementTree.Element, what: str, message: str, lines: Iterable[
 
 
 def _legal(text: str) -> str:
-    return _NOT_XML.sub(lambda found: ascii(found[0])[1:-1], escaped(text))
+    return _NOT_XML.sub(lambda found: ascii(found[0])[1:-1], escape_invalid_utf8(text))

@@ -17,26 +17,36 @@ from typing import Any, Self
 from twistcore.batch.manifest_tables import (
     COLUMNS,
     SCHEMA,
-    add_checks,
-    checked,
-    columns_of,
-    expected_definitions,
-    make_tables,
-    put_statement,
-    table_definitions,
-    with_check,
+    add_check_columns,
+    append_check_number,
+    create_manifest_tables,
+    expected_table_definitions,
+    manifest_table_definitions,
+    sql_column_list,
+    sql_store_row_statement,
+    verify_row_checksum,
 )
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.stored_rows import (
     STORED,
-    checked_column,
-    checked_decisions,
-    checked_parameters,
-    checked_result,
+    check_column_value,
+    parse_stored_decisions,
+    parse_stored_parameters,
+    parse_stored_result,
 )
 from twistcore.errors import FormatError, TwistError
-from twistcore.files.document_values import errors_naming, shown_value, shown_words, text
-from twistcore.files.encoding import escaped, json_text, legible, unescaped
+from twistcore.files.document_values import (
+    check_string,
+    format_value_for_message,
+    prefix_format_errors,
+    shorten_foreign_message,
+)
+from twistcore.files.encoding import (
+    escape_control_characters,
+    escape_invalid_utf8,
+    json_text,
+    unescape_invalid_utf8,
+)
 from twistcore.files.ordinary import check_no_links
 from twistcore.files.version import __version__
 from twistcore.work.frozen import dataclass
@@ -261,7 +271,9 @@ class Manifest:
             if create:
                 self._make()
             self._schema = self._connection.execute("PRAGMA user_version").fetchone()[0]
-            if table_definitions(self._connection) != expected_definitions(self._schema):
+            if manifest_table_definitions(self._connection) != expected_table_definitions(
+                self._schema
+            ):
                 raise FormatError(
                     "expected a manifest written by twistcore batch, found other tables"
                 )
@@ -307,16 +319,18 @@ class Manifest:
         `more` are additional SQL expressions to query. Raises FormatError if a row is missing or
         damaged.
         """
-        columns = [columns_of(table, alias, self._schema) for alias, table in _JOINED.items()]
+        columns = [sql_column_list(table, alias, self._schema) for alias, table in _JOINED.items()]
         counts = (*_COUNTS, "(SELECT count(*) FROM decisions)")
         query = f"SELECT {', '.join((*columns, *counts, *more))} {_FROM} "
         query += "ORDER BY c.name" if source is None else "WHERE c.source = ?"
         number, decided, wanted = 0, 0, (0, 0, 0, 0)
-        for row in self._connection.execute(query, () if source is None else (escaped(source),)):
+        for row in self._connection.execute(
+            query, () if source is None else (escape_invalid_utf8(source),)
+        ):
             parts, rest = [], row
             for table in _JOINED.values():
                 size = len(COLUMNS[table]) + 1
-                values = checked(table, rest[:size])
+                values = verify_row_checksum(table, rest[:size])
                 parts.append(dict(zip(COLUMNS[table], values, strict=True)) if values else None)
                 rest = rest[size:]
             wanted = rest[: len(counts)]
@@ -324,7 +338,9 @@ class Manifest:
             if clip is None or (clip["mark"] and not parameters):
                 raise FormatError("rows are missing from the table 'clips' or 'parameters'")
             if clip["state"] == DONE and not result:
-                raise FormatError(f"the result of {shown_value(clip['name'])} is missing")
+                raise FormatError(
+                    f"the result of {format_value_for_message(clip['name'])} is missing"
+                )
             number, decided = number + 1, decided + (decisions is not None)
             yield _Found(clip, parameters, result, decisions, rest[len(counts) :])
         if source is None and (number, number, number, decided) != wanted:
@@ -335,7 +351,7 @@ class Manifest:
         with _sqlite_errors(self.folder / FILE):
             found = {}
             for mark, document, _ in self._each_row("parameters"):
-                found[checked_column("mark", mark)] = checked_parameters(_text(document))
+                found[check_column_value("mark", mark)] = parse_stored_parameters(_text(document))
             return found
 
     def uncorrected(self) -> Iterator[tuple[str, str, list[str]]]:
@@ -344,7 +360,7 @@ class Manifest:
             for found in self._each_found(_UNCORRECTED):
                 if found.result and found.more[0]:
                     clip = _columns({key: found.clip[key] for key in ("source", "name")})
-                    sentences = checked_result(_text(found.result["document"]))["uncorrected"]
+                    sentences = parse_stored_result(_text(found.result["document"]))["uncorrected"]
                     yield clip["source"], clip["name"], sentences
 
     def record(self, source: str) -> ClipRecord:
@@ -355,7 +371,7 @@ class Manifest:
         with _sqlite_errors(self.folder / FILE):
             for found in self._each_found(source=source):
                 return _record(found)
-        raise TwistError(f"{legible(source)} is not a clip in {self.folder}")
+        raise TwistError(f"{escape_control_characters(source)} is not a clip in {self.folder}")
 
     def note_decisions(self, source: str, decisions: Mapping[str, Any]) -> None:
         """Store the progress of a clip's review in place of the previous progress.
@@ -376,10 +392,10 @@ class Manifest:
         self.record(source)
         with self.transaction():
             if decisions:
-                values = escaped(source), json_text(dict(decisions), indent=None)
+                values = escape_invalid_utf8(source), json_text(dict(decisions), indent=None)
                 self._put("decisions", values, "(source) DO {update}")
             else:
-                key = (escaped(source),)
+                key = (escape_invalid_utf8(source),)
                 self._connection.execute("DELETE FROM decisions WHERE source = ?", key)
 
     # -- writing ------------------------------------------------------------------------------
@@ -400,7 +416,7 @@ class Manifest:
     def rows(self) -> dict[str, ManifestRow]:
         """Return the rows of all clips, keyed by source (path or URL)."""
         with _sqlite_errors(self.folder / FILE):
-            columns = ", ".join((columns_of("clips", "c", self._schema), *_COUNTS))
+            columns = ", ".join((sql_column_list("clips", "c", self._schema), *_COUNTS))
             found = self._connection.execute(
                 f"SELECT {columns} FROM clips c NOT INDEXED"
             ).fetchall()
@@ -416,7 +432,9 @@ class Manifest:
         """
         with _sqlite_errors(self.folder / FILE):
             query = "SELECT DISTINCT bytes FROM results WHERE mark = ?"
-            return frozenset(row[0] for row in self._connection.execute(query, (escaped(mark),)))
+            return frozenset(
+                row[0] for row in self._connection.execute(query, (escape_invalid_utf8(mark),))
+            )
 
     def has_result(self, sha256: str, mark: str) -> bool:
         """Return True if a file with the given hash has a result with the given parameters.
@@ -424,7 +442,11 @@ class Manifest:
         `mark` is the hash of the parameters.
         """
         with _sqlite_errors(self.folder / FILE):
-            where = "t.sha256 = ? AND t.mark = ?", escaped(sha256), escaped(mark)
+            where = (
+                "t.sha256 = ? AND t.mark = ?",
+                escape_invalid_utf8(sha256),
+                escape_invalid_utf8(mark),
+            )
             return any(True for _ in self._each_row("results", *where))
 
     def put_parameters(self, parameters: Parameters) -> None:
@@ -434,9 +456,9 @@ class Manifest:
 
     def put_rows(self, rows: Iterable[ManifestRow]) -> None:
         """Store the rows of clips. Call this within a transaction."""
-        statement = put_statement("clips", self._schema, "(source) DO {update}")
+        statement = sql_store_row_statement("clips", self._schema, "(source) DO {update}")
         self._connection.executemany(
-            statement, (with_check(_values(row), self._schema) for row in rows)
+            statement, (append_check_number(_values(row), self._schema) for row in rows)
         )
 
     def put_result(self, row: ManifestRow, result: Mapping[str, Any]) -> None:
@@ -470,14 +492,14 @@ class Manifest:
         `where` is an SQL condition in which the table is called t, and `words` are the values of
         its placeholders.
         """
-        columns = columns_of(table, "t", self._schema)
+        columns = sql_column_list(table, "t", self._schema)
         query = f"SELECT {columns} FROM {table} t WHERE {where}"
         for row in self._connection.execute(query, words):
             yield _row_of(table, row)
 
     def _put(self, table: str, values: Iterable[Any], conflict: str) -> None:
-        statement = put_statement(table, self._schema, conflict)
-        self._connection.execute(statement, with_check(values, self._schema))
+        statement = sql_store_row_statement(table, self._schema, conflict)
+        self._connection.execute(statement, append_check_number(values, self._schema))
 
     def _make(self) -> None:
         known = self._connection.execute("PRAGMA user_version").fetchone()[0]
@@ -485,14 +507,14 @@ class Manifest:
             return
         with self.transaction():  # if the process is killed, the file stays unchanged
             if known:
-                add_checks(self._connection)
+                add_check_columns(self._connection)
             else:
-                make_tables(self._connection)
+                create_manifest_tables(self._connection)
             self._connection.execute(f"PRAGMA application_id = {_OURS}")
             self._connection.execute(f"PRAGMA user_version = {SCHEMA}")
 
 
-def timestamp() -> str:
+def manifest_timestamp() -> str:
     """Return the current time as stored in a manifest: ISO 8601 in UTC, to the second."""
     return datetime.now(UTC).isoformat(timespec="seconds")
 
@@ -501,16 +523,18 @@ def timestamp() -> str:
 def _sqlite_errors(file: Path) -> Iterator[None]:
     """Convert SQLite errors to TwistErrors that name the file."""
     try:
-        with errors_naming(file):
+        with prefix_format_errors(file):
             yield
     except sqlite3.OperationalError as error:
-        raise TwistError(f"{file} cannot be read or written ({shown_words(error)})") from None
+        raise TwistError(
+            f"{file} cannot be read or written ({shorten_foreign_message(error)})"
+        ) from None
     except UnicodeDecodeError:  # SQLite quotes the damaged text in its message
         raise FormatError(
             f"{file}: expected a manifest written by twistcore batch in UTF-8"
         ) from None
     except sqlite3.DatabaseError as error:
-        why = shown_words(error)
+        why = shorten_foreign_message(error)
         raise FormatError(
             f"{file}: expected a manifest written by twistcore batch ({why})"
         ) from None
@@ -518,23 +542,25 @@ def _sqlite_errors(file: Path) -> Iterator[None]:
 
 def _columns(values: Mapping[str, Any]) -> dict[str, Any]:
     """Check the values of columns, keyed by name, and return them. Raises FormatError."""
-    checked_ones = {name: checked_column(name, value) for name, value in values.items()}
-    return {k: unescaped(v) if isinstance(v, str) else v for k, v in checked_ones.items()}
+    checked_ones = {name: check_column_value(name, value) for name, value in values.items()}
+    return {
+        k: unescape_invalid_utf8(v) if isinstance(v, str) else v for k, v in checked_ones.items()
+    }
 
 
 def _text(value: Any) -> str:
-    return text(value, "a document")
+    return check_string(value, "a document")
 
 
 def _values(row: ManifestRow) -> tuple[Any, ...]:
     return tuple(
-        escaped(value) if isinstance(value, str) else value
+        escape_invalid_utf8(value) if isinstance(value, str) else value
         for value in (getattr(row, column) for column in COLUMNS["clips"])
     )
 
 
 def _row_of(table: str, row: tuple[Any, ...]) -> tuple[Any, ...]:
-    values = checked(table, row)
+    values = verify_row_checksum(table, row)
     if values is None:
         raise FormatError(f"a row of the table {table!r} has no key")
     return values
@@ -548,13 +574,13 @@ def _row(row: tuple[Any, ...]) -> ManifestRow:
 def _record(found: _Found) -> ClipRecord:
     columns = _columns({key: found.clip[key] for key in _OF_RECORD})
     parameters, result, decisions = found.parameters, found.result, found.decisions
-    document = checked_result(_text(result["document"])) if result else None
+    document = parse_stored_result(_text(result["document"])) if result else None
     if document is not None:
         document = {"schema": document.pop("schema"), "clip": columns["name"]} | document
     return ClipRecord(
         **columns,
-        parameters=checked_parameters(_text(parameters["document"])) if parameters else {},
-        version=checked_column("version", parameters["version"]) if parameters else "",
+        parameters=parse_stored_parameters(_text(parameters["document"])) if parameters else {},
+        version=check_column_value("version", parameters["version"]) if parameters else "",
         result=document,
-        decisions=checked_decisions(_text(decisions["document"])) if decisions else {},
+        decisions=parse_stored_decisions(_text(decisions["document"])) if decisions else {},
     )

@@ -48,15 +48,15 @@ COLUMNS: Mapping[str, tuple[str, ...]] = {
 _Shape = tuple[tuple[str, ...], ...]
 
 
-def make_tables(connection: sqlite3.Connection, schema: int = SCHEMA) -> None:
+def create_manifest_tables(connection: sqlite3.Connection, schema: int = SCHEMA) -> None:
     """Create the tables of a schema version in an empty file. Call this within a transaction."""
     for statement in _TABLES.split(";\n"):
         connection.execute(statement)
     if schema > 1:
-        add_checks(connection)
+        add_check_columns(connection)
 
 
-def add_checks(connection: sqlite3.Connection) -> None:
+def add_check_columns(connection: sqlite3.Connection) -> None:
     """Add a column for check numbers to tables of schema 1.
 
     The column is NULL in the existing rows, which are therefore not checked.
@@ -65,7 +65,7 @@ def add_checks(connection: sqlite3.Connection) -> None:
         connection.execute(f"ALTER TABLE {table} ADD COLUMN crc INTEGER")
 
 
-def table_definitions(connection: sqlite3.Connection) -> _Shape:
+def manifest_table_definitions(connection: sqlite3.Connection) -> _Shape:
     """Return the definitions of all tables, indices, views and triggers in a file.
 
     Each definition contains the type, the name, the name of the table, and the SQL text.
@@ -75,18 +75,18 @@ def table_definitions(connection: sqlite3.Connection) -> _Shape:
 
 
 @cache
-def expected_definitions(schema: int = SCHEMA) -> _Shape:
+def expected_table_definitions(schema: int = SCHEMA) -> _Shape:
     """Return the definitions that a manifest of a schema must have.
 
     A file with any other table, column, view or trigger is not opened, because it could be
     malicious.
     """
     with closing(sqlite3.connect(":memory:", isolation_level=None)) as connection:
-        make_tables(connection, schema)
-        return table_definitions(connection)
+        create_manifest_tables(connection, schema)
+        return manifest_table_definitions(connection)
 
 
-def columns_of(table: str, alias: str, schema: int) -> str:
+def sql_column_list(table: str, alias: str, schema: int) -> str:
     """Return the column list of a SELECT query for a table, as SQL text.
 
     The last column is the check number, or NULL if the schema has no check numbers.
@@ -104,10 +104,10 @@ def columns_of(table: str, alias: str, schema: int) -> str:
     return ", ".join((*(f"{alias}.{name}" for name in COLUMNS[table]), crc))
 
 
-def put_statement(table: str, schema: int, conflict: str) -> str:
+def sql_store_row_statement(table: str, schema: int, conflict: str) -> str:
     """Return the SQL statement that stores a row in a table.
 
-    Execute the statement with the values from :func:`with_check`.
+    Execute the statement with the values from :func:`append_check_number`.
 
     Parameters
     ----------
@@ -125,13 +125,13 @@ def put_statement(table: str, schema: int, conflict: str) -> str:
     return f"INSERT INTO {table} ({', '.join(names)}) VALUES ({places}) ON CONFLICT {conflict}"
 
 
-def with_check(values: Iterable[Any], schema: int) -> tuple[Any, ...]:
+def append_check_number(values: Iterable[Any], schema: int) -> tuple[Any, ...]:
     """Return the values of a row and, if the schema has check numbers, their check number."""
     values = tuple(values)
     return (*values, _crc(values)) if schema > 1 else values
 
 
-def checked(table: str, values: tuple[Any, ...]) -> tuple[Any, ...] | None:
+def verify_row_checksum(table: str, values: tuple[Any, ...]) -> tuple[Any, ...] | None:
     """Check the values of a row, and return the values without the check number.
 
     Parameters

@@ -12,11 +12,11 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from twistcore.batch.clip_task import companion_of
+from twistcore.batch.clip_task import clip_companion_suffix
 from twistcore.batch.corrected_files import write_corrected
-from twistcore.batch.inputs import Source, with_stored_names
+from twistcore.batch.inputs import Source, assign_batch_names
 from twistcore.batch.manifest import DONE, FAILED, Manifest, ManifestRow
-from twistcore.batch.run import locked
+from twistcore.batch.run import lock_batch_folder
 from twistcore.errors import TwistError
 from twistcore.files.atomic import same_file
 from twistcore.files.ordinary import read_file
@@ -44,7 +44,7 @@ class Merged:
     problems: list[str] = field(default_factory=list)
 
 
-def merge(folders: Sequence[Path], output: Path) -> Merged:
+def merge_batch_folders(folders: Sequence[Path], output: Path) -> Merged:
     """Add the clips, results, decisions and corrected files of batch folders to one folder.
 
     If several folders have the same clip, the latest result is used. If different clips have the
@@ -74,7 +74,7 @@ def merge(folders: Sequence[Path], output: Path) -> Merged:
             raise TwistError(f"{folder}: expected a folder other than the output folder")
     with ExitStack() as stack:
         others = [stack.enter_context(Manifest.open(folder)) for folder in folders]
-        stack.enter_context(locked(output))
+        stack.enter_context(lock_batch_folder(output))
         manifest = stack.enter_context(Manifest.open(output, create=True))
         known, merged = manifest.rows(), Merged()
         with manifest.transaction():
@@ -113,7 +113,7 @@ def _latest(
                 latest[source] = manifest.folder, row
     names = {source: row.name for source, row in known.items()}
     found = [Source(row.source, row.name) for _, row in latest.values()]
-    for named in with_stored_names(found, names):
+    for named in assign_batch_names(found, names):
         folder, row = latest[named.path]
         yield folder, replace(row, name=named.name)
 
@@ -170,7 +170,7 @@ def _companions(path: Path) -> dict[str, bytes]:
 
     These are all files in the clip's folder with the suffix that its format needs, such as .asf.
     """
-    ending = companion_of(path)
+    ending = clip_companion_suffix(path)
     if not ending:
         return {}
     near = (other for other in path.parent.iterdir() if other.suffix.lower() == ending)

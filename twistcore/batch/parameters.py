@@ -37,7 +37,7 @@ class Parameters:
     rig
         The user's changes to the chains, from :func:`twistcore.skeleton.rig.rig_to_json`, or None.
     joint_names
-        The user's words for joints, from :func:`twistcore.skeleton.joint_names.read_words`, or
+        The user's words for joints, from :func:`twistcore.skeleton.joint_names.read_word_file`, or
         None.
     refine
         True to write corrected clips.

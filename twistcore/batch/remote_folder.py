@@ -20,15 +20,15 @@ from twistcore.batch.remote_files import find_remote, read_remote, write_remote
 from twistcore.batch.run import LOCK
 from twistcore.errors import TwistError
 from twistcore.files.atomic import write_atomically
-from twistcore.files.lock import is_held
+from twistcore.files.lock import is_file_locked
 from twistcore.files.marks import sha256_of
-from twistcore.files.ordinary import own_folder
+from twistcore.files.ordinary import user_folder
 
 _UPLOADED = ".uploaded.json"  # SHA-256 of the files at the URL, keyed by relative path
 
 
 @contextmanager
-def working_folder(output: str) -> Iterator[Path]:
+def local_batch_folder(output: str) -> Iterator[Path]:
     """Yield a local folder for a batch, which is uploaded at the end if `output` is a URL.
 
     If `output` is '', the folder is temporary. For a URL, the folder initially contains a copy of
@@ -45,14 +45,14 @@ def working_folder(output: str) -> Iterator[Path]:
         return
     url = output.rstrip("/")
     name = hashlib.sha256(url.encode()).hexdigest()[:16]
-    folder = own_folder(partial(platformdirs.user_cache_path, "twist-inspector")) / "batch" / name
+    folder = user_folder(partial(platformdirs.user_cache_path, "twist-inspector")) / "batch" / name
     folder.mkdir(parents=True, exist_ok=True)
-    if not is_held(folder / LOCK):  # run_batch reports a lock
+    if not is_file_locked(folder / LOCK):  # run_batch reports a lock
         _take_over(url, folder)
     try:
         yield folder
     finally:
-        if not is_held(folder / LOCK):
+        if not is_file_locked(folder / LOCK):
             _upload(folder, url)
 
 

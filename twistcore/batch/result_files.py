@@ -11,12 +11,12 @@ from typing import Any
 from twistcore.batch.clip_severity import percent_affected, unexamined_limb_sentences
 from twistcore.batch.manifest import ClipRecord
 from twistcore.detection import Kind
-from twistcore.detection.kind import plural_name
+from twistcore.detection.kind import plural_kind_name
 from twistcore.errors import TwistError
 from twistcore.files.atomic import write_atomically, writing_atomically
-from twistcore.files.encoding import csv_text, encoded, escaped, json_text
+from twistcore.files.encoding import csv_text, encode_utf8, escape_invalid_utf8, json_text
 
-_KINDS = {plural_name(kind.value).replace(" ", "_").replace("-", "_"): kind for kind in Kind}
+_KINDS = {plural_kind_name(kind.value).replace(" ", "_").replace("-", "_"): kind for kind in Kind}
 _VERDICTS = ("accepted", "rejected", "undecided")
 _ROWS = 50_000  # rows in a Parquet row group, a few MB
 
@@ -97,7 +97,7 @@ def clips_csv(records: Iterable[ClipRecord]) -> str:
 
 def write_clip_table(path: Path, records: Iterable[ClipRecord]) -> None:
     """Write the clip table as a CSV file. Raises OSError."""
-    write_atomically(path, encoded(clips_csv(records)))
+    write_atomically(path, encode_utf8(clips_csv(records)))
 
 
 def json_line(record: ClipRecord) -> str:
@@ -141,7 +141,7 @@ def interval_rows(record: ClipRecord) -> Iterator[dict[str, Any]]:
         yield of_clip | dict.fromkeys(INTERVAL_COLUMNS)
 
 
-def write_parquet(path: Path, records: Iterable[ClipRecord]) -> None:
+def write_interval_parquet(path: Path, records: Iterable[ClipRecord]) -> None:
     """Write the :func:`interval_rows` of all clips as Parquet.
 
     Raises TwistError if pyarrow is not installed, and OSError if the file cannot be written.
@@ -164,4 +164,4 @@ def write_parquet(path: Path, records: Iterable[ClipRecord]) -> None:
 
 def _plain(row: Mapping[str, Any]) -> dict[str, Any]:
     """Return a copy of the row in which bytes that are not UTF-8 are escaped, for Parquet."""
-    return {k: escaped(v) if isinstance(v, str) else v for k, v in row.items()}
+    return {k: escape_invalid_utf8(v) if isinstance(v, str) else v for k, v in row.items()}

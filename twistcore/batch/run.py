@@ -12,17 +12,17 @@ from pathlib import Path
 from typing import Protocol
 
 from twistcore.batch.clip_task import ClipTask, Outcome
-from twistcore.batch.corrected_files import FOLDER, is_intact, write_corrected
-from twistcore.batch.inputs import Source, with_stored_names
-from twistcore.batch.manifest import DONE, FAILED, Manifest, ManifestRow, timestamp
+from twistcore.batch.corrected_files import FOLDER, is_corrected_file_unchanged, write_corrected
+from twistcore.batch.inputs import Source, assign_batch_names
+from twistcore.batch.manifest import DONE, FAILED, Manifest, ManifestRow, manifest_timestamp
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.run_plan import Plan, make_plan, shard_sources
 from twistcore.errors import TwistError
-from twistcore.files.atomic import remove_leftovers
-from twistcore.files.lock import lock
+from twistcore.files.atomic import remove_half_written_files
+from twistcore.files.lock import lock_file
 from twistcore.files.ordinary import check_no_links
 from twistcore.work.memory import SPARE
-from twistcore.work.processes import reason
+from twistcore.work.processes import describe_failure
 
 LOCK = "manifest.lock"
 
@@ -141,11 +141,11 @@ def run_batch(
     TwistError
         If another run writes into the folder, or if its manifest is damaged.
     """
-    with locked(folder), Manifest.open(folder, create=True) as manifest:
+    with lock_batch_folder(folder), Manifest.open(folder, create=True) as manifest:
         rows = manifest.rows()
-        named = with_stored_names(sources, {row.source: row.name for row in rows.values()})
+        named = assign_batch_names(sources, {row.source: row.name for row in rows.values()})
         mine = shard_sources(named, *part)
-        plan = make_plan(manifest, mine, parameters, partial(is_intact, folder))
+        plan = make_plan(manifest, mine, parameters, partial(is_corrected_file_unchanged, folder))
         with manifest.transaction():
             manifest.put_parameters(parameters)
             manifest.put_rows(plan.notes)
@@ -154,7 +154,7 @@ def run_batch(
         summary.unreadable = len(plan.failed)
         if plan.todo:
             if parameters.refine:
-                remove_leftovers(folder / FOLDER)
+                remove_half_written_files(folder / FOLDER)
             run = _Run(folder, manifest, plan, parameters, summary, begin(plan))
             run.go(carry_out, limits)
         return summary
@@ -205,7 +205,7 @@ class _Run:
 
     def _take(self, source: Source, outcome: Outcome | Exception) -> None:
         if isinstance(outcome, Exception):
-            outcome = Outcome(reason=reason(source.name, outcome), again=True)
+            outcome = Outcome(reason=describe_failure(source.name, outcome), again=True)
         row = ManifestRow(
             source.path,
             source.name,
@@ -218,7 +218,7 @@ class _Run:
             outcome.signature,
             outcome.seconds,
             outcome.peak_bytes,
-            timestamp(),
+            manifest_timestamp(),
         )
         known = self.rows.get(source.path)
         if outcome.corrected is not None:
@@ -293,7 +293,7 @@ def _write_problem(name: str, error: TwistError | OSError) -> str:
 
 
 @contextmanager
-def locked(folder: Path) -> Iterator[None]:
+def lock_batch_folder(folder: Path) -> Iterator[None]:
     """Lock the folder for this run, creating it if needed.
 
     Raises TwistError if another run has locked it.
@@ -303,7 +303,7 @@ def locked(folder: Path) -> Iterator[None]:
         check_no_links(folder, folder / name)
     handle = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
     try:
-        if not lock(handle):
+        if not lock_file(handle):
             raise TwistError(
                 f"{folder}: another run of twistcore batch is writing to this folder; wait "
                 "until it has ended"

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from twistcore.batch.clip_task import has_companions
 from twistcore.batch.inputs import Source
-from twistcore.batch.manifest import DONE, FAILED, Manifest, ManifestRow, timestamp
+from twistcore.batch.manifest import DONE, FAILED, Manifest, ManifestRow, manifest_timestamp
 from twistcore.batch.parameters import Parameters
 from twistcore.files.marks import sha256_of
 
@@ -127,7 +127,7 @@ def _of_other_name(
         return None
     signature = source.signature if source.settled else ""
     new = ManifestRow(row.source, row.name, DONE, mark=mark, sha256=sha256, bytes=source.size)
-    return replace(new, signature=signature, finished_at=timestamp())
+    return replace(new, signature=signature, finished_at=manifest_timestamp())
 
 
 def _sha256(source: Source) -> str:

@@ -14,19 +14,19 @@ from twistcore.batch.parameters import Parameters
 from twistcore.detection import Kind
 from twistcore.files.document_values import (
     MOST_FRAMES,
-    flag,
-    frames,
-    has,
-    items,
-    number,
-    one_of,
+    check_bool,
+    check_choice,
+    check_integer,
+    check_keys,
+    check_list,
+    check_number,
+    check_path_string,
+    check_string,
+    check_string_list,
     parsed_json,
-    path_text,
     read_each,
-    text,
-    texts,
-    unexpected,
-    whole,
+    read_frame_span,
+    unexpected_value_error,
 )
 from twistcore.skeleton.rig import rig_from_json
 
@@ -40,8 +40,8 @@ def _source(value: Any, what: str) -> str:
 
     `what` names the value in error messages.
     """
-    if "://" not in path_text(value, what) and not Path(value).name:
-        raise unexpected("a clip's path", what, value)
+    if "://" not in check_path_string(value, what) and not Path(value).name:
+        raise unexpected_value_error("a clip's path", what, value)
     return str(value)
 
 
@@ -50,9 +50,9 @@ def _name(value: Any, what: str) -> str:
 
     `what` names the value in error messages.
     """
-    path = PurePosixPath(path_text(value, what))
+    path = PurePosixPath(check_path_string(value, what))
     if not path.name or path.is_absolute() or ".." in path.parts:
-        raise unexpected("a path below a folder", what, value)
+        raise unexpected_value_error("a path below a folder", what, value)
     return str(value)
 
 
@@ -61,15 +61,15 @@ def _place(value: Any, what: str) -> str:
 
 
 def _state(value: Any, what: str) -> str:
-    return one_of(value, what, _STATES)
+    return check_choice(value, what, _STATES)
 
 
 def _amount(value: Any, what: str) -> float:
-    return number(value, what, 0.0)
+    return check_number(value, what, 0.0)
 
 
 def _long(value: Any, what: str) -> int:
-    return whole(value, what, 0, 2**63)
+    return check_integer(value, what, 0, 2**63)
 
 
 # The check for each column of a clip. All other columns are text.
@@ -79,26 +79,26 @@ COLUMNS: Mapping[str, _Check] = {
     "state": _state,
     "corrected": _place,
     **dict.fromkeys(("bytes", "peak_bytes", "missing_frames", "unexamined"), _long),
-    "again": lambda value, what: whole(value, what, 0, 1),
+    "again": lambda value, what: check_integer(value, what, 0, 1),
     "seconds": _amount,
     "severity": _amount,
-    "intervals": whole,
+    "intervals": check_integer,
 }
 
 
-def checked_column(name: str, value: Any) -> Any:
+def check_column_value(name: str, value: Any) -> Any:
     """Check the value of the column `name`, and return it."""
-    check: _Check = COLUMNS.get(name, text)
+    check: _Check = COLUMNS.get(name, check_string)
     return check(value, name)
 
 
-def checked_result(document: str) -> dict[str, Any]:
+def parse_stored_result(document: str) -> dict[str, Any]:
     """Parse and check a result, a document 'twistcore.batch_clip/1' without the clip's name."""
     known = "frames", "fps", "seconds", "severity", "affected_frames", "applied", "left"
-    found = dict(has(parsed_json(document), "schema", *known, *_RESULT, what="a result"))
-    text(found["schema"], "schema")
-    last = whole(found["frames"], "frames", 0, MOST_FRAMES)
-    whole(found["affected_frames"], "affected_frames", 0, last)
+    found = dict(check_keys(parsed_json(document), "schema", *known, *_RESULT, what="a result"))
+    check_string(found["schema"], "schema")
+    last = check_integer(found["frames"], "frames", 0, MOST_FRAMES)
+    check_integer(found["affected_frames"], "affected_frames", 0, last)
     for key in ("fps", "seconds", "severity"):
         _amount(found[key], key)
     for key, check in _RESULT.items():
@@ -112,44 +112,44 @@ def checked_result(document: str) -> dict[str, Any]:
 
 
 def _counts(value: Any, what: str) -> None:
-    for kind, count in has(value, what=what).items():
-        whole(count, f"{what} of {one_of(kind, what, _KINDS)}")
+    for kind, count in check_keys(value, what=what).items():
+        check_integer(count, f"{what} of {check_choice(kind, what, _KINDS)}")
 
 
 def _degrees(value: Any, what: str) -> None:
     for key in ("max", "rms"):
-        _amount(has(value, key, what=what)[key], key)
+        _amount(check_keys(value, key, what=what)[key], key)
 
 
 def _listed(value: Any, what: str) -> None:
     if not isinstance(value, list):
-        raise unexpected("a list", what, value)
+        raise unexpected_value_error("a list", what, value)
 
 
 def _tau(value: Any, what: str) -> None:
-    for degrees in has(value, what=what).values():
-        number(degrees, what, 0.0, 360.0)
+    for degrees in check_keys(value, what=what).values():
+        check_number(degrees, what, 0.0, 360.0)
 
 
 def _quality(value: Any, what: str) -> None:
     """Check the numbers in a dict of quality measures, which may contain nested dicts."""
-    for key, one in has(value, what=what).items():
+    for key, one in check_keys(value, what=what).items():
         if isinstance(one, Mapping):
             _quality(one, key)
         elif isinstance(one, float) or not isinstance(one, str | int | list | None):
-            number(one, key)
+            check_number(one, key)
 
 
 def _limbs(value: Any, what: str) -> None:
     """Check a list of limbs that were not examined, each with the reason."""
-    for entry in items(value, what):
-        has(entry, "limb", "why", what="a limb")
+    for entry in check_list(value, what):
+        check_keys(entry, "limb", "why", what="a limb")
         for key in ("limb", "why", "side", "person"):
-            text(entry.get(key, ""), key)
+            check_string(entry.get(key, ""), key)
 
 
 _RESULT: Mapping[str, _Check] = {
-    **dict.fromkeys(("method", "format", "unchecked"), text),
+    **dict.fromkeys(("method", "format", "unchecked"), check_string),
     "intervals": _listed,
     "counts": _counts,
     "degrees": _degrees,
@@ -157,23 +157,27 @@ _RESULT: Mapping[str, _Check] = {
 }
 # Keys that some results do not have, partly because the first versions did not write them.
 _MORE: Mapping[str, _Check] = {
-    "applied": whole,
+    "applied": check_integer,
     "left": _listed,
-    "uncorrected": texts,
-    "warnings": texts,
-    "chains": texts,
-    "joints": whole,
+    "uncorrected": check_string_list,
+    "warnings": check_string_list,
+    "chains": check_string_list,
+    "joints": check_integer,
     "missing_frames": _long,  # a header may claim any number
     "unexamined": _limbs,
-    "sha256": text,
+    "sha256": check_string,
     "quality": _quality,
 }
 _OF_INTERVAL: Mapping[str, _Check] = {
-    **dict.fromkeys(("chain", "parent", "child", "limb", "end", "joint", "person", "part"), text),
-    **dict.fromkeys(("open", "carried"), flag),
-    **dict.fromkeys(("delta_deg", "turn_deg", "residual_deg", "speed_deg_s", "sigma_deg"), number),
-    "joints": texts,
-    "confidence": lambda value, what: number(value, what, 0.0, 1.0),
+    **dict.fromkeys(
+        ("chain", "parent", "child", "limb", "end", "joint", "person", "part"), check_string
+    ),
+    **dict.fromkeys(("open", "carried"), check_bool),
+    **dict.fromkeys(
+        ("delta_deg", "turn_deg", "residual_deg", "speed_deg_s", "sigma_deg"), check_number
+    ),
+    "joints": check_string_list,
+    "confidence": lambda value, what: check_number(value, what, 0.0, 1.0),
 }
 
 
@@ -183,40 +187,40 @@ def _interval(entry: Any, last: int) -> None:
     `last` is the number of frames of the clip.
     """
     known = "chain", "start", "stop", "kind", "delta_deg", "confidence", "open"
-    has(entry, *known, what="an interval")
-    frames(entry, last)
-    one_of(entry["kind"], "kind", _KINDS)
+    check_keys(entry, *known, what="an interval")
+    read_frame_span(entry, last)
+    check_choice(entry["kind"], "kind", _KINDS)
     for key in ("chain", "delta_deg", "open"):
         _OF_INTERVAL[key](entry[key], key)
     for key, check in _OF_INTERVAL.items():
         if entry.get(key) is not None:
             check(entry[key], key)
     if entry["kind"] == Kind.LONE_JUMP and entry.get("turn_deg") is not None:
-        text(has(entry, "joint", "speed_deg_s")["joint"], "joint")
-        number(entry["speed_deg_s"], "speed_deg_s")
+        check_string(check_keys(entry, "joint", "speed_deg_s")["joint"], "joint")
+        check_number(entry["speed_deg_s"], "speed_deg_s")
 
 
-def checked_parameters(document: str) -> dict[str, Any]:
+def parse_stored_parameters(document: str) -> dict[str, Any]:
     """Parse and check processing parameters, as written by :meth:`Parameters.to_json`.
 
     Unknown keys are ignored.
     """
     usual = Parameters().to_json()
-    given = has(parsed_json(document), what="parameters")
+    given = check_keys(parsed_json(document), what="parameters")
     values = {key: given.get(key, value) for key, value in usual.items()}
-    text(values["method"], "method")
+    check_string(values["method"], "method")
     for key in ("kinds", "chains", "people"):
-        texts(values[key], key)
+        check_string_list(values[key], key)
     for kind in values["kinds"]:
-        one_of(kind, "kinds", _KINDS)
+        check_choice(kind, "kinds", _KINDS)
     for key in ("refine", "include_open"):
-        flag(values[key], key)
+        check_bool(values[key], key)
     for key in ("tau_deg", "fps", "min_confidence"):
         if values[key] is not None:
             _amount(values[key], key)
     if values["profile_rad"] is not None:
-        for radians in has(values["profile_rad"], what="profile_rad").values():
-            number(radians, "profile_rad", 0.0, math.pi)
+        for radians in check_keys(values["profile_rad"], what="profile_rad").values():
+            check_number(radians, "profile_rad", 0.0, math.pi)
     if values["rig"] is not None:
         rig_from_json(values["rig"])
     return values
@@ -225,34 +229,34 @@ def checked_parameters(document: str) -> dict[str, Any]:
 _OF_DECISIONS = "accepted", "rejected", "undecided", "reviewers", "session", "at"
 
 
-def checked_decisions(document: str) -> dict[str, Any]:
+def parse_stored_decisions(document: str) -> dict[str, Any]:
     """Parse and check the progress of a review, as stored by :meth:`Manifest.note_decisions`."""
-    values = has(parsed_json(document), what="decisions")
+    values = check_keys(parsed_json(document), what="decisions")
     for key in ("accepted", "rejected", "undecided"):
-        whole(values.get(key, 0), key)
-    texts(values.get("reviewers", []), "reviewers")
+        check_integer(values.get(key, 0), key)
+    check_string_list(values.get("reviewers", []), "reviewers")
     for key in ("session", "at"):
-        text(values.get(key, ""), key)
+        check_string(values.get(key, ""), key)
     if values.get("session"):
-        path_text(values["session"], "session")
+        check_path_string(values["session"], "session")
     return {key: values[key] for key in _OF_DECISIONS if key in values}  # these are stored again
 
 
 # Checks of the columns of the tables other than `clips`.
 STORED: Mapping[str, Mapping[str, _Check]] = {
     "parameters": {
-        "mark": text,
-        "document": lambda value, what: checked_parameters(text(value, what)),
-        "version": text,
+        "mark": check_string,
+        "document": lambda value, what: parse_stored_parameters(check_string(value, what)),
+        "version": check_string,
     },
     "results": {
-        "sha256": text,
-        "mark": text,
+        "sha256": check_string,
+        "mark": check_string,
         "bytes": _long,
-        "document": lambda value, what: checked_result(text(value, what)),
+        "document": lambda value, what: parse_stored_result(check_string(value, what)),
     },
     "decisions": {
         "source": _source,
-        "document": lambda value, what: checked_decisions(text(value, what)),
+        "document": lambda value, what: parse_stored_decisions(check_string(value, what)),
     },
 }

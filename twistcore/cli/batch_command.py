@@ -12,17 +12,24 @@ from pathlib import Path
 from typing import Any
 
 from twistcore.batch.clip_task import ClipTask, Outcome, run_task
-from twistcore.batch.inputs import Inputs, find_inputs
+from twistcore.batch.inputs import Inputs, find_input_clips
 from twistcore.batch.manifest import ClipRecord, Manifest
 from twistcore.batch.parameters import Parameters
-from twistcore.batch.remote_folder import working_folder
+from twistcore.batch.remote_folder import local_batch_folder
 from twistcore.batch.run import CarryOut, Limits, run_batch
-from twistcore.cli.batch_progress import begin
-from twistcore.cli.output import count_of, counter, note, problem, refuse_overwrite, remark
+from twistcore.cli.batch_progress import show_batch_progress
+from twistcore.cli.output import (
+    clip_progress_printer,
+    count_with_noun,
+    print_note,
+    print_problem,
+    print_remark,
+    refuse_overwrite,
+)
 from twistcore.detection.registry import DETECTORS
 from twistcore.errors import TwistError
 from twistcore.work.memory import SPARE
-from twistcore.work.processes import each
+from twistcore.work.processes import map_in_processes
 
 _FILES = ("jsonl", "parquet", "csv", "junit", "annotations")
 _MIB = 1 << 20
@@ -37,17 +44,17 @@ def batch_command(arguments: argparse.Namespace) -> int:
                 "expected -o OUTDIR; it is optional only with --fail-if or a results file, and "
                 "without --refine and --report. See `twistcore batch --help`."
             )
-    process_clips = prepared_batch(arguments)
+    process_clips = prepare_batch_processing(arguments)
     words = [*arguments.paths, *(f"@{name}" for name in arguments.lists)]
     if not words:
         raise TwistError(
             "expected a clip, folder, pattern, URL or --from FILE. See `twistcore batch --help`."
         )
-    code, _ = process_clips(find_inputs(words, without=own_folder_of(arguments)))
+    code, _ = process_clips(find_input_clips(words, without=local_output_folder(arguments)))
     return code
 
 
-def own_folder_of(arguments: argparse.Namespace) -> Path | None:
+def local_output_folder(arguments: argparse.Namespace) -> Path | None:
     """Return the folder for the results, or None if it is temporary or at a URL.
 
     Clips in this folder are not processed.
@@ -56,7 +63,7 @@ def own_folder_of(arguments: argparse.Namespace) -> Path | None:
     return None if not output or "://" in output else Path(output)
 
 
-def prepared_batch(arguments: argparse.Namespace) -> Callable[..., tuple[int, bool]]:
+def prepare_batch_processing(arguments: argparse.Namespace) -> Callable[..., tuple[int, bool]]:
     """Check the options and rules, and return a function that processes clips with them.
 
     The returned function takes :class:`Inputs`, and returns the exit code and whether the run ended
@@ -79,7 +86,7 @@ def _processed(
     if targets:
         local = [Path(source.path) for source in inputs.sources if "://" not in source.path]
         refuse_overwrite(targets, local)
-    with working_folder(arguments.output) as folder:
+    with local_batch_folder(arguments.output) as folder:
         with _carrying_out(arguments) as carry_out:
             summary = run_batch(
                 folder,
@@ -88,21 +95,21 @@ def _processed(
                 carry_out,
                 limits=_limits(arguments),
                 part=arguments.shard,
-                begin=begin,
+                begin=show_batch_progress,
             )
         for sentence in (*inputs.problems, *summary.failed):
-            problem(sentence)
+            print_problem(sentence)
         skipped = arguments.refine and _tell_uncorrected(folder, sources)
         blind = _tell_doubts(folder, sources)
         pages = None if all_pages else summary.names
         broken = _written(arguments, folder, sources, rules, pages)
     if summary.stopped:
         left = f"{summary.left} clips are left; run the same command to continue"
-        problem(f"{summary.stopped}: {left}")
-    counts = f"{count_of(summary.done, 'clip')} done, {summary.known} done before"
+        print_problem(f"{summary.stopped}: {left}")
+    counts = f"{count_with_noun(summary.done, 'clip')} done, {summary.known} done before"
     counts += f", {len(summary.failed)} failed"
     exports = f"; {_exports(inputs.exports)} skipped" if inputs.exports else ""
-    remark(f"{f'{arguments.output}: ' if arguments.output else ''}{counts}{exports}")
+    print_remark(f"{f'{arguments.output}: ' if arguments.output else ''}{counts}{exports}")
     if summary.stopped == "stopped":
         return 130, True
     if summary.unreadable and not summary.done + summary.known + summary.left:
@@ -119,7 +126,7 @@ def _tell_uncorrected(folder: Path, sources: Collection[str]) -> bool:
             if source in sources:
                 any_left = True
                 for sentence in sentences:
-                    problem(f"{name}: {sentence}")
+                    print_problem(f"{name}: {sentence}")
     return any_left
 
 
@@ -132,15 +139,15 @@ def _tell_doubts(folder: Path, sources: Collection[str]) -> bool:
         found = [one for one in manifest.glances() if one.source in sources]
     if unchecked := [one for one in found if one.unchecked]:
         first = f"{unchecked[0].name}: {unchecked[0].unchecked}"
-        problem(f"{count_of(len(unchecked), 'clip')} could not be examined: {first}")
+        print_problem(f"{count_with_noun(len(unchecked), 'clip')} could not be examined: {first}")
     if part := [one for one in found if one.unexamined]:
-        first = f"{part[0].name}: {count_of(part[0].unexamined, 'limb')}"
-        note(f"limbs were not examined in {count_of(len(part), 'clip')}: {first}")
+        first = f"{part[0].name}: {count_with_noun(part[0].unexamined, 'limb')}"
+        print_note(f"limbs were not examined in {count_with_noun(len(part), 'clip')}: {first}")
     if cut := [one for one in found if one.missing_frames]:
-        first = f"{cut[0].name}: {count_of(cut[0].missing_frames, 'frame')}"
-        note(
+        first = f"{cut[0].name}: {count_with_noun(cut[0].missing_frames, 'frame')}"
+        print_note(
             "frames that the header declares are missing from "
-            f"{count_of(len(cut), 'clip')}: {first}"
+            f"{count_with_noun(len(cut), 'clip')}: {first}"
         )
     return bool(unchecked)
 
@@ -173,7 +180,7 @@ def _written(
             broken = broken_of(rules, records())
             _write_files(arguments, records, rules, broken)
     for one in broken:
-        problem(one)
+        print_problem(one)
     if arguments.report:
         return _reported(arguments, folder, broken, pages) or bool(broken)
     return bool(broken)
@@ -191,10 +198,10 @@ def _reported(
     """
     write = import_module("twistcore.report.folder_report").write_folder_report
     workers = arguments.workers or os.cpu_count() or 1
-    more = {"broken": broken, "counter": counter, "changed": pages}
+    more = {"broken": broken, "counter": clip_progress_printer, "changed": pages}
     report = write(folder, folder / "report", workers=workers, **more)
     for sentence in report.problems:
-        problem(sentence)
+        print_problem(sentence)
     return bool(report.problems)
 
 
@@ -209,7 +216,7 @@ def _write_files(
     if arguments.jsonl:
         result_files.write_json_lines(arguments.jsonl, records())
     if arguments.parquet:
-        result_files.write_parquet(arguments.parquet, records())
+        result_files.write_interval_parquet(arguments.parquet, records())
     if arguments.csv:
         result_files.write_clip_table(arguments.csv, records())
     if arguments.junit:
@@ -225,9 +232,9 @@ def _write_files(
 def _rules(arguments: argparse.Namespace) -> list[Any]:
     if not arguments.fail_if:
         return []
-    from twistcore.batch.gates import parse_rule  # numpy, scipy
+    from twistcore.batch.gates import parse_batch_rule  # numpy, scipy
 
-    return [parse_rule(text) for text in arguments.fail_if]
+    return [parse_batch_rule(text) for text in arguments.fail_if]
 
 
 def _parameters(arguments: argparse.Namespace) -> Parameters:
@@ -248,7 +255,7 @@ def _parameters(arguments: argparse.Namespace) -> Parameters:
 
         found = read_profile(arguments.profile)
         if found.method not in ("", arguments.method):
-            note(
+            print_note(
                 f"{arguments.profile}: note: tuned for the detector {found.method}, "
                 f"but used with {arguments.method}"
             )
@@ -259,9 +266,9 @@ def _parameters(arguments: argparse.Namespace) -> Parameters:
         rig = rig_to_json(read_rig(arguments.rig))
     words = None
     if arguments.joint_names:
-        from twistcore.skeleton.joint_names import read_words
+        from twistcore.skeleton.joint_names import read_word_file
 
-        words = read_words(arguments.joint_names)
+        words = read_word_file(arguments.joint_names)
     if not arguments.refine and (arguments.include_open or arguments.min_confidence is not None):
         raise TwistError("--min-confidence and --include-open require --refine")
     return Parameters(
@@ -292,13 +299,13 @@ def _carrying_out(arguments: argparse.Namespace) -> Iterator[CarryOut]:
     if not (arguments.scheduler or arguments.local_cluster):
         yield partial(_in_processes, workers=arguments.workers or os.cpu_count() or 1)
         return
-    from twistcore.batch.dask_cluster import cluster
+    from twistcore.batch.dask_cluster import open_dask_cluster
 
-    with cluster(arguments.scheduler, arguments.local_cluster) as carry_out:
+    with open_dask_cluster(arguments.scheduler, arguments.local_cluster) as carry_out:
         yield carry_out
 
 
 def _in_processes(
     tasks: Sequence[ClipTask], seconds: Callable[[ClipTask], float], *, workers: int
 ) -> Iterator[tuple[ClipTask, Outcome | Exception]]:
-    return each(run_task, tasks, workers, apart=True, seconds=seconds)
+    return map_in_processes(run_task, tasks, workers, apart=True, seconds=seconds)

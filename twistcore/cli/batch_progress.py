@@ -9,7 +9,7 @@ from typing import Any
 
 from twistcore.batch.inputs import Source
 from twistcore.batch.run_plan import Plan
-from twistcore.cli.output import count_of, is_quiet, progress
+from twistcore.cli.output import count_with_noun, is_quiet, print_progress
 
 _EVERY_S = 10.0  # longest time between two lines; a line is also printed after each 5 % of clips
 
@@ -24,8 +24,8 @@ class Progress:
         self.bar: Any = None
         if plan.known or plan.failed:
             bad = f", {len(plan.failed)} known failures" if plan.failed else ""
-            known = count_of(plan.known, "clip")
-            progress(f"{known} already done{bad}, {self.total} left to do")
+            known = count_with_noun(plan.known, "clip")
+            print_progress(f"{known} already done{bad}, {self.total} left to do")
         if sys.stderr.isatty() and not is_quiet():
             from tqdm import tqdm
 
@@ -47,7 +47,7 @@ class Progress:
         if self.done == self.total or twentieth or now - self.said > _EVERY_S:
             self.said = now
             rate = self.done / max(now - self.begin, 1e-9)
-            progress(
+            print_progress(
                 f"{self.done}/{self.total} {source.name}, {rate:.3g} clips/s, {self.left()} left"
             )
 
@@ -58,6 +58,6 @@ class Progress:
         return f"{seconds // 3600}:{seconds // 60 % 60:02d}:{seconds % 60:02d}"
 
 
-def begin(plan: Plan) -> Callable[[Source, bool], None]:
+def show_batch_progress(plan: Plan) -> Callable[[Source, bool], None]:
     """Show the progress of a plan, and return a function to call for each finished clip."""
     return Progress(plan).tell

@@ -12,19 +12,25 @@ from pathlib import Path
 
 import platformdirs
 
-from twistcore.cli.output import counter, problem, refuse_overwrite, say_all, tell_problems
+from twistcore.cli.output import (
+    clip_progress_printer,
+    print_problem,
+    print_result_lines,
+    refuse_overwrite,
+    report_problems,
+)
 from twistcore.detection import DETECTORS
 from twistcore.errors import TwistError
 from twistcore.files.atomic import is_stream, write_atomically
-from twistcore.files.encoding import encoded, json_bytes
-from twistcore.files.ordinary import own_folder, real_path
+from twistcore.files.encoding import encode_utf8, json_bytes
+from twistcore.files.ordinary import real_path, user_folder
 from twistcore.study.benchmark.baselines import BASELINES
 from twistcore.study.benchmark.clip_run import BenchmarkSettings
 from twistcore.study.benchmark.hinge import HINGE
 from twistcore.study.benchmark.markdown import benchmark_to_markdown
-from twistcore.study.benchmark.passes import all_methods
-from twistcore.study.benchmark.runner import find_clips, run_benchmark
-from twistcore.study.benchmark.tables import benchmark_to_json, make_rows, rows_to_csv
+from twistcore.study.benchmark.passes import benchmark_method_names
+from twistcore.study.benchmark.runner import find_benchmark_clips, run_benchmark
+from twistcore.study.benchmark.tables import benchmark_rows, benchmark_to_json, rows_to_csv
 from twistcore.synthesis import parse_protocol
 
 
@@ -36,39 +42,41 @@ def benchmark_command(arguments: argparse.Namespace) -> int:
         seeds=tuple(range(arguments.seed, arguments.seed + arguments.seeds)),
     )
     folder: Path = arguments.folder
-    clips = find_clips(folder)
+    clips = find_benchmark_clips(folder)
     refuse_overwrite([t for t in (arguments.json, arguments.csv) if t], clips.values())
     summary = run_benchmark(
         clips,
         settings,
         workers=arguments.workers or os.cpu_count() or 1,
-        partial=partial_path(folder, arguments.json, settings),
+        partial=unfinished_benchmark_path(folder, arguments.json, settings),
         resume=arguments.resume,
-        counter=counter,
+        counter=clip_progress_printer,
     )
     source = real_path(folder).name
-    say_all(benchmark_to_markdown(summary, settings, source))
+    print_result_lines(benchmark_to_markdown(summary, settings, source))
     if arguments.json:
         document = benchmark_to_json(summary, settings, source)
         write_atomically(arguments.json, json_bytes(document))
     if arguments.csv:
-        write_atomically(arguments.csv, encoded(rows_to_csv(make_rows(summary, settings))))
-    code = tell_problems([sentence for _, sentence in summary.problems], summary.clips)
+        write_atomically(arguments.csv, encode_utf8(rows_to_csv(benchmark_rows(summary, settings))))
+    code = report_problems([sentence for _, sentence in summary.problems], summary.clips)
     if summary.missing:
-        problem(
+        print_problem(
             f"stopped: {summary.missing} of {len(clips)} clips are left; continue with --resume"
         )
         return 130
     return code
 
 
-def partial_path(folder: Path, json_file: Path | None, settings: BenchmarkSettings) -> Path:
+def unfinished_benchmark_path(
+    folder: Path, json_file: Path | None, settings: BenchmarkSettings
+) -> Path:
     """Return the path for the results of an unfinished run, next to the JSON file or in a cache."""
     if json_file and not is_stream(json_file):
         return json_file.with_name(f"{json_file.name}.partial.jsonl")
     words = json.dumps([str(real_path(folder)), settings.to_json()])
     name = hashlib.sha256(words.encode()).hexdigest()[:16]
-    folder = own_folder(partial(platformdirs.user_cache_path, "twist-inspector"))
+    folder = user_folder(partial(platformdirs.user_cache_path, "twist-inspector"))
     return folder / "benchmark" / f"{name}.jsonl"
 
 
@@ -92,7 +100,7 @@ def _methods(names: Sequence[str]) -> tuple[str, ...]:
 
     `names` may contain 'all', 'detectors' and 'baselines' for groups of methods.
     """
-    known = all_methods()
+    known = benchmark_method_names()
     groups = {"all": known, "detectors": DETECTORS.ready(), "baselines": (HINGE, *BASELINES)}
     chosen: set[str] = set()
     for name in _split(names):

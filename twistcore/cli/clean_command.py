@@ -12,25 +12,25 @@ from typing import TypeAlias
 import numpy as np
 
 from twistcore.cli.arguments.clean_arguments import NAMINGS
-from twistcore.cli.clip_inputs import clip_name, clip_notes, open_clip
+from twistcore.cli.clip_inputs import clip_name_for_messages, clip_notes, read_clip_or_stdin
 from twistcore.cli.output import (
-    count_of,
-    note,
+    count_with_noun,
     print_json,
-    problem,
+    print_note,
+    print_problem,
+    print_remark,
     refuse_overwrite,
-    remark,
     terminal_text,
 )
 from twistcore.errors import TwistError
 from twistcore.export.compare import Deviation, largest_deviation
-from twistcore.export.joint_map import names_of_naming, read_joint_map
+from twistcore.export.joint_map import joint_names_in_scheme, read_joint_map
 from twistcore.files.atomic import is_stream, write_atomically
 from twistcore.formats.bvh import BvhClip, parse_bvh, read_bvh, rewriting
 from twistcore.formats.bvh.compose import bvh_text
 from twistcore.formats.clip import Clip
 from twistcore.formats.suffixes import clip_suffix
-from twistcore.skeleton.figure import up_letter
+from twistcore.skeleton.figure import vertical_axis_letter
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array
 
@@ -45,7 +45,7 @@ Z_TO_Y = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 
 def clean_command(arguments: argparse.Namespace) -> int:
     """Rewrite the clip, read the new file, print the differences, and return the exit code."""
-    output, name = arguments.output, clip_name(arguments.clip)
+    output, name = arguments.output, clip_name_for_messages(arguments.clip)
     if not any(getattr(arguments, option) for option in OPTIONS):
         raise TwistError(
             "expected at least one option that changes the clip: "
@@ -57,7 +57,7 @@ def clean_command(arguments: argparse.Namespace) -> int:
         raise TwistError(f"{output}: expected a name that ends in .bvh")
     table = [] if arguments.rename in (None, *NAMINGS) else [Path(arguments.rename)]
     refuse_overwrite([output], [arguments.clip, *table])
-    source = open_clip(arguments.clip)
+    source = read_clip_or_stdin(arguments.clip)
     clip = first = _as_bvh(source)
     said = [] if clip is source else ["written as a new BVH with six decimals"]
     expected = source.motion
@@ -91,9 +91,9 @@ def clean_command(arguments: argparse.Namespace) -> int:
         )
     _print(output, (first, again), changes, renamed, found)
     for sentence in problems:
-        problem(sentence)
+        print_problem(sentence)
     for sentence in notes:
-        note(sentence)
+        print_note(sentence)
     return int(bool(problems))
 
 
@@ -110,18 +110,26 @@ def _steps(arguments: argparse.Namespace, clip: BvhClip, said: list[str]) -> Ite
     Notes about options without effect are appended to `said`.
     """
     for option, matrix in _axes(arguments, clip.motion, said):
-        yield option, partial(rewriting.in_axes, matrix=matrix), partial(_in_axes, matrix=matrix)
+        yield (
+            option,
+            partial(rewriting.change_axes_and_unit, matrix=matrix),
+            partial(_in_axes, matrix=matrix),
+        )
     if arguments.channels:
         keep = arguments.keep_moving
-        yield "channels", lambda c: rewriting.without_positions(c, keep_moving=keep), _same
+        yield (
+            "channels",
+            lambda c: rewriting.without_redundant_positions(c, keep_moving=keep),
+            _same,
+        )
     if arguments.order:
-        yield "order", lambda c: rewriting.in_order(c, dict(arguments.order)), _same
+        yield "order", lambda c: rewriting.change_rotation_order(c, dict(arguments.order)), _same
     if arguments.unroll:
-        yield "unroll", rewriting.unrolled, _same
+        yield "unroll", rewriting.unroll_clip_angles, _same
     if fps := arguments.fps:
-        times = rewriting.rate_times(clip.frames, clip.frame_time, fps)
-        after = partial(rewriting.at_times, times=times, frame_time=1.0 / fps)
-        yield "fps", lambda c: rewriting.at_rate(c, fps), after
+        times = rewriting.resampled_frame_times(clip.frames, clip.frame_time, fps)
+        after = partial(rewriting.resample_motion, times=times, frame_time=1.0 / fps)
+        yield "fps", lambda c: rewriting.resample_clip(c, fps), after
     if arguments.rename:
         names = _new_names(arguments.rename, clip, said)
         yield (
@@ -143,7 +151,7 @@ def _axes(
     A note about an option without effect is appended to `said`.
     """
     if up := arguments.up:
-        if up_letter(motion) != up:
+        if vertical_axis_letter(motion) != up:
             yield "up", Z_TO_Y if up == "Y" else Z_TO_Y.T
         else:
             said.append(f"{up} already points up")
@@ -171,7 +179,7 @@ def _with_names(motion: Motion, names: Mapping[str, str]) -> Motion:
 def _new_names(chosen: str, clip: BvhClip, said: list[str]) -> Mapping[str, str]:
     """Return the new names of joints, keyed by old name, as specified by `--rename`."""
     if chosen in NAMINGS:
-        return names_of_naming(clip.motion, chosen)
+        return joint_names_in_scheme(clip.motion, chosen)
     names = read_joint_map(Path(chosen))
     absent = [old for old in names if old not in clip.skeleton.names]
     if len(absent) == len(names):
@@ -196,17 +204,17 @@ def _print(
         rows.append((f"{option:<8} {terminal_text(change.joint)}{new}", change))
     if rows:
         width = max(32, *(len(text) for text, _ in rows))
-        remark(f"{'joint':<{width}}   start – stop       numbers   words")
+        print_remark(f"{'joint':<{width}}   start – stop       numbers   words")
     for text, change in rows:
         span = f"{change.start:>7} – {change.stop:<7}" if change.frames else " " * 17
-        remark(f"{text:<{width}} {span} {change.numbers:>9} {change.words:>7}")
-    numbers = count_of(sum(change.numbers for _, change in changes), "number")
-    words = count_of(sum(change.words for _, change in changes), "word")
-    joints = count_of(len({change.joint for _, change in changes}), "joint")
+        print_remark(f"{text:<{width}} {span} {change.numbers:>9} {change.words:>7}")
+    numbers = count_with_noun(sum(change.numbers for _, change in changes), "number")
+    words = count_with_noun(sum(change.words for _, change in changes), "word")
+    joints = count_with_noun(len({change.joint for _, change in changes}), "joint")
     sizes = [f"{c.frames} frames at {c.fps:.6g} fps" for c in clips]
     size = " → ".join(dict.fromkeys(sizes))
-    remark(f"{output}: {numbers} and {words} of {joints} rewritten; {size}")
-    remark(
+    print_remark(f"{output}: {numbers} and {words} of {joints} rewritten; {size}")
+    print_remark(
         f"{output}, read again: rotations differ by at most {found.degrees:.1e}° ({found.joint}, "
         f"frame {found.frame}) and positions by {found.of_height:.1e} of the figure's height"
     )

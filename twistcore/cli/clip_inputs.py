@@ -11,15 +11,15 @@ from typing import Any, TypeVar
 
 from twistcore.analysis.clip_analysis import ALL_KINDS, ClipAnalysis, Detection, analyse
 from twistcore.cli.arguments.argument_types import STANDARD_INPUT
-from twistcore.cli.output import note, step
+from twistcore.cli.output import print_note, print_step_duration
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import parse_bvh
 from twistcore.formats.clip import Clip
 from twistcore.formats.reading import read_clip
-from twistcore.skeleton.joint_names import read_words
+from twistcore.skeleton.joint_names import read_word_file
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.notes import Note
-from twistcore.skeleton.own_words import with_own_words
+from twistcore.skeleton.own_words import add_user_joint_words
 from twistcore.skeleton.rig import AS_FOUND, Rig, read_rig
 
 Found = TypeVar("Found")
@@ -27,17 +27,17 @@ Found = TypeVar("Found")
 _NOTES = 5  # largest number of notes printed for one clip; `info` lists all notes
 
 
-def clip_name(path: Path) -> str:
+def clip_name_for_messages(path: Path) -> str:
     """Return the name of a clip for messages: its path, or '-' for standard input."""
     return "-" if path == STANDARD_INPUT else str(path)
 
 
-def open_clip(path: Path, *, fps: float | None = None) -> Clip:
+def read_clip_or_stdin(path: Path, *, fps: float | None = None) -> Clip:
     """Read a clip, or a BVH from standard input.
 
     `fps` is the frame rate to use instead of the file's.
     """
-    with step(f"  {clip_name(path)}: read"):
+    with print_step_duration(f"  {clip_name_for_messages(path)}: read"):
         if path != STANDARD_INPUT:
             return read_clip(path, fps=fps)
         if sys.stdin is None:
@@ -57,10 +57,10 @@ def clip_notes(name: object, clip: Clip) -> list[str]:
     return sentences
 
 
-def tell_clip(name: object, clip: Clip) -> None:
+def print_clip_notes(name: object, clip: Clip) -> None:
     """Print the notes about a clip."""
     for sentence in clip_notes(name, clip):
-        note(sentence)
+        print_note(sentence)
 
 
 def run_on_clips(
@@ -80,20 +80,20 @@ def run_on_clips(
         try:
             found.append(work(path))
         except (TwistError, OSError) as error:
-            from twistcore.work.processes import reason  # slow to load
+            from twistcore.work.processes import describe_failure  # slow to load
 
-            failed.append((clip_name(path), reason(path, error)))
+            failed.append((clip_name_for_messages(path), describe_failure(path, error)))
     return found, failed
 
 
-def failed_to_json(failed: Sequence[tuple[str, str]]) -> list[dict[str, str]]:
+def failed_clips_to_json(failed: Sequence[tuple[str, str]]) -> list[dict[str, str]]:
     """Return the failed clips as JSON data. `failed` has pairs of name and reason."""
     return [{"clip": name, "reason": why} for name, why in failed]
 
 
-def analysed(arguments: argparse.Namespace, clip: Clip) -> ClipAnalysis:
+def analyse_with_options(arguments: argparse.Namespace, clip: Clip) -> ClipAnalysis:
     """Analyse a clip with the chains chosen by --rig, --joint-names, --person and --chain."""
-    rig = with_own_words(chosen_rig(arguments), clip.motion, chosen_words(arguments))
+    rig = add_user_joint_words(chosen_rig(arguments), clip.motion, chosen_joint_names(arguments))
     try:
         rig.chains(clip.motion)
     except TwistError as error:
@@ -110,7 +110,7 @@ def reference_notes(arguments: argparse.Namespace, analysis: ClipAnalysis) -> tu
 
 @lru_cache(1)
 def _reference(path: Path) -> Motion:
-    return open_clip(path).motion
+    return read_clip_or_stdin(path).motion
 
 
 def chosen_rig(arguments: argparse.Namespace) -> Rig:
@@ -118,18 +118,18 @@ def chosen_rig(arguments: argparse.Namespace) -> Rig:
     return read_rig(arguments.rig) if arguments.rig else AS_FOUND
 
 
-def chosen_words(arguments: argparse.Namespace) -> dict[str, Any] | None:
+def chosen_joint_names(arguments: argparse.Namespace) -> dict[str, Any] | None:
     """Return the contents of the file given by --joint-names, or None without this option."""
-    return read_words(arguments.joint_names) if arguments.joint_names else None
+    return read_word_file(arguments.joint_names) if arguments.joint_names else None
 
 
-def detected(arguments: argparse.Namespace, clip: Clip) -> Detection:
+def detect_with_options(arguments: argparse.Namespace, clip: Clip) -> Detection:
     """Analyse a clip and detect intervals with the chosen options."""
-    with step(f"  {clip.path}: analysed and searched"):
-        return searched(arguments, analysed(arguments, clip))
+    with print_step_duration(f"  {clip.path}: analysed and searched"):
+        return detect_in_analysis(arguments, analyse_with_options(arguments, clip))
 
 
-def searched(arguments: argparse.Namespace, analysis: ClipAnalysis) -> Detection:
+def detect_in_analysis(arguments: argparse.Namespace, analysis: ClipAnalysis) -> Detection:
     """Detect intervals in an analysed clip with the chosen options.
 
     The profile of --profile has priority over --tau.
@@ -142,7 +142,7 @@ def searched(arguments: argparse.Namespace, analysis: ClipAnalysis) -> Detection
 
     profile = read_profile(arguments.profile)
     if profile.method not in ("", method):
-        note(
+        print_note(
             f"{arguments.profile}: note: tuned for the detector {profile.method}, "
             f"but used with {method}"
         )

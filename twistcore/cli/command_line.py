@@ -13,7 +13,7 @@ import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from twistcore.cli.output import Voice, problem, speaking, step
+from twistcore.cli.output import Voice, print_problem, print_step_duration, use_output_voice
 from twistcore.cli.parser import make_parser
 from twistcore.errors import TwistError
 from twistcore.files.atomic import is_standard_output
@@ -43,20 +43,25 @@ def _main(argv: Sequence[str], *, alone: bool = False) -> int:
     document = getattr(arguments, "json", None) is True
     voice = Voice(arguments.quiet, arguments.verbose, document)
     try:
-        with _ended_by_signals(), speaking(voice), step(arguments.command), _detector(arguments):
+        with (
+            _ended_by_signals(),
+            use_output_voice(voice),
+            print_step_duration(arguments.command),
+            _detector(arguments),
+        ):
             code = _run(arguments)
         sys.stdout.flush()  # so that a closed pipe is reported here
     except TwistError as error:
-        problem(" ".join(str(error).splitlines()))
+        print_problem(" ".join(str(error).splitlines()))
         return 2
     except BrokenPipeError:  # the reader of the pipe has closed it
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:
-        problem(f"{error.filename or 'file'}: {error.strerror}")
+        print_problem(f"{error.filename or 'file'}: {error.strerror}")
         return 2
     except KeyboardInterrupt as error:
-        problem("stopped")
+        print_problem("stopped")
         return 128 + (error.number if isinstance(error, _EndedError) else signal.SIGINT)
     return code
 
@@ -68,9 +73,9 @@ def _detector(arguments: argparse.Namespace) -> Iterator[None]:
     if place is None:
         yield
         return
-    from twistcore.detection.registry import detector_of_file
+    from twistcore.detection.registry import register_detector_file
 
-    with detector_of_file(place) as arguments.method:
+    with register_detector_file(place) as arguments.method:
         yield
 
 

@@ -9,14 +9,14 @@ import argparse
 from pathlib import Path
 
 from twistcore.cli.arguments import argument_types
-from twistcore.cli.parser import commands_of, make_parser
+from twistcore.cli.parser import command_parsers, make_parser
 from twistcore.errors import TwistError
 
 _FILES = (
     Path,
-    argument_types.target,
-    argument_types.clip_target,
-    argument_types.readable,
+    argument_types.parse_output_path,
+    argument_types.parse_clip_output_path,
+    argument_types.parse_clip_input_path,
 )
 
 
@@ -27,11 +27,11 @@ def completion_command(arguments: argparse.Namespace) -> int:
     except ImportError:
         raise TwistError("completion requires the package shtab: pip install shtab") from None
     parser = make_parser()
-    for _, leaf in commands_of(parser):
+    for _, leaf in command_parsers(parser):
         for action in leaf._actions:
             if action.type in _FILES:
                 action.complete = shtab.FILE  # type: ignore[attr-defined]
-            elif action.type is argument_types.folder:
+            elif action.type is argument_types.parse_output_folder:
                 action.complete = shtab.DIRECTORY  # type: ignore[attr-defined]
     print(shtab.complete(parser, arguments.shell))
     return 0

@@ -5,10 +5,14 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from twistcore.cli.arguments.argument_types import positive, rate, target
-from twistcore.cli.arguments.common_arguments import add_output, deferred
-from twistcore.cli.output import note as tell_note
-from twistcore.cli.output import refuse_overwrite, remark
+from twistcore.cli.arguments.argument_types import (
+    parse_frame_rate,
+    parse_output_path,
+    parse_positive_number,
+)
+from twistcore.cli.arguments.common_arguments import add_output, deferred_command
+from twistcore.cli.output import print_note as tell_note
+from twistcore.cli.output import print_remark, refuse_overwrite
 from twistcore.errors import TwistError
 from twistcore.files.atomic import is_stream
 
@@ -19,7 +23,7 @@ def add_convert(parser: argparse.ArgumentParser) -> None:
         "scene", type=Path, metavar="IN", help="the FBX, GLB, glTF or .blend file, or a clip"
     )
     what = "BVH to write, or .glb for a clip; '-' is standard output, for BVH"
-    add_output(parser, what, target)
+    add_output(parser, what, parse_output_path)
     parser.add_argument(
         "--blender",
         metavar="PATH",
@@ -34,21 +38,24 @@ def add_convert(parser: argparse.ArgumentParser) -> None:
             help=f"{what} to convert if there are several (default: the only one)",
         )
     parser.add_argument(
-        "--fps", type=rate, metavar="HZ", help="frame rate to use (default: the scene's)"
+        "--fps",
+        type=parse_frame_rate,
+        metavar="HZ",
+        help="frame rate to use (default: the scene's)",
     )
     parser.add_argument(
         "--unit",
-        type=positive,
+        type=parse_positive_number,
         metavar="METRES",
         help="length of one unit of the BVH or the clip (default: 0.01 for FBX, 1 for the others)",
     )
     parser.add_argument(
         "--time-limit",
-        type=positive,
+        type=parse_positive_number,
         metavar="SECONDS",
         help="time after which Blender is stopped (default: 600)",
     )
-    parser.set_defaults(run=deferred("convert_command", "convert_command"))
+    parser.set_defaults(run=deferred_command("convert_command", "convert_command"))
 
 
 def convert_command(arguments: argparse.Namespace) -> int:
@@ -79,7 +86,7 @@ def convert_command(arguments: argparse.Namespace) -> int:
         time_limit=arguments.time_limit or scenes.TIME_LIMIT,
     )
     take = f", take {scene.take}" if scene.take else ""
-    remark(
+    print_remark(
         f"{output}: {found.motion.frames} frames at {found.motion.fps:g} fps, "
         f"{len(found.motion.skeleton)} joints of {scene.figure}{take}; Y up, "
         f"one unit is {unit:g} m; Blender {scene.blender}"
@@ -114,7 +121,7 @@ def _write_glb(arguments: argparse.Namespace) -> int:
     unit = arguments.unit or 1.0
     write_glb(motion, output, unit=unit)
     height = unit * figure_size(forward_kinematics(motion)[1], motion.skeleton)
-    remark(
+    print_remark(
         f"{output}: {motion.frames} frames at {motion.fps:g} fps, {len(motion.skeleton)} joints; "
         f"the figure is {height:.3g} m tall (--unit)"
     )

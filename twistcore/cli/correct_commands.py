@@ -11,26 +11,31 @@ from typing import Any
 from twistcore.analysis.clip_analysis import ClipAnalysis, Detection
 from twistcore.analysis.correction.twist_removal import SURE_ENOUGH
 from twistcore.cli.arguments.argument_types import STANDARD_INPUT
-from twistcore.cli.clip_inputs import clip_name, clip_notes, detected, open_clip
-from twistcore.cli.decided_sessions import refuse_decided
+from twistcore.cli.clip_inputs import (
+    clip_name_for_messages,
+    clip_notes,
+    detect_with_options,
+    read_clip_or_stdin,
+)
+from twistcore.cli.decided_sessions import refuse_decided_session
 from twistcore.cli.folder_commands import apply_folder
 from twistcore.cli.interval_words import (
-    counted_words,
+    corrected_count_text,
     jump_sentences,
-    not_examined,
     note_sentences,
+    nothing_examined_sentence,
     uncorrectable_counts,
+    unexamined_limbs_text,
     unexamined_to_json,
-    unexamined_words,
 )
 from twistcore.cli.output import (
-    count_of,
-    note,
+    count_with_noun,
     print_json,
-    problem,
+    print_note,
+    print_problem,
+    print_remark,
+    print_step_duration,
     refuse_overwrite,
-    remark,
-    step,
 )
 from twistcore.detection import Interval
 from twistcore.errors import TwistError
@@ -38,16 +43,20 @@ from twistcore.export.detection_json import detection_tau_degrees, intervals_to_
 from twistcore.export.replay import (
     Replay,
     accepted_motion,
-    correctable,
-    replayed,
+    correctable_intervals,
+    replay_session,
     uncorrected_sentences,
     unknown_kind_sentences,
 )
 from twistcore.files.atomic import is_stream
-from twistcore.files.ordinary import is_there
-from twistcore.formats.clip import Clip, check_ending, write_clip
-from twistcore.formats.reading import file_prefix
-from twistcore.report.clip_report import check_report, reports_other_bytes, write_clip_report
+from twistcore.files.ordinary import path_exists
+from twistcore.formats.clip import Clip, check_clip_suffix, write_clip
+from twistcore.formats.reading import companion_file_prefix
+from twistcore.report.clip_report import (
+    check_report_replaceable,
+    has_mismatched_report,
+    write_clip_report,
+)
 from twistcore.report.document import Report
 from twistcore.review import Review, write_session
 from twistcore.review.model import SEEN
@@ -55,29 +64,29 @@ from twistcore.review.model import SEEN
 
 def refine_command(arguments: argparse.Namespace) -> int:
     """Write a corrected clip and, if requested, a report and a session. Return the exit code."""
-    clip = open_clip(arguments.clip, fps=arguments.fps)
-    check_ending(clip, arguments.output)
+    clip = read_clip_or_stdin(arguments.clip, fps=arguments.fps)
+    check_clip_suffix(clip, arguments.output)
     files = arguments.clip, arguments.profile, arguments.rig, arguments.joint_names
     written_files = [path for path in (arguments.output, arguments.session) if path]
     refuse_overwrite(written_files, [path for path in files if path])
     if arguments.session:
-        refuse_decided(arguments.session)
-    if arguments.report and is_there(arguments.report) and not arguments.report.is_dir():
+        refuse_decided_session(arguments.session)
+    if arguments.report and path_exists(arguments.report) and not arguments.report.is_dir():
         raise TwistError(f"{arguments.report} is a file; choose a folder for the report")
     if arguments.report:
-        check_report(arguments.report, file_prefix(clip.path), clip)
-    found = detected(arguments, clip)
+        check_report_replaceable(arguments.report, companion_file_prefix(clip.path), clip)
+    found = detect_with_options(arguments, clip)
     chains, review = found.chains_and_limbs, Review.of(found)
     review.accept(arguments.min_confidence, include_open=arguments.include_open)
     applied = review.accepted
-    with step(f"  {clip.path}: corrected"):
+    with print_step_duration(f"  {clip.path}: corrected"):
         refined = accepted_motion(clip, chains, review.state)
-    with step(f"  {arguments.output}: written"):
+    with print_step_duration(f"  {arguments.output}: written"):
         jumps = write_clip(clip, refined, arguments.output)
     if arguments.session:
-        with step(f"  {arguments.session}: session written"):
+        with print_step_duration(f"  {arguments.session}: session written"):
             write_session(clip, review, arguments.session)
-    name = clip_name(arguments.clip)
+    name = clip_name_for_messages(arguments.clip)
     notes = [*clip_notes(name, clip), *note_sentences(name, found)]
     notes += jump_sentences(arguments.output, jumps)
     if arguments.report:
@@ -87,25 +96,27 @@ def refine_command(arguments: argparse.Namespace) -> int:
             chains,
             review.state,
             refined,
-            file_prefix(clip.path),
+            companion_file_prefix(clip.path),
             analysis=found.analysis,
             written=written,
         )
-        if reports_other_bytes(arguments.report, file_prefix(clip.path), clip):
+        if has_mismatched_report(arguments.report, companion_file_prefix(clip.path), clip):
             other = f"of another clip {clip.name}"
             notes.append(f"{arguments.report}: note: replaced the report {other}")
-        with step(f"  {arguments.report}: report written"):
+        with print_step_duration(f"  {arguments.report}: report written"):
             write_clip_report(arguments.report, report)
-    done = correctable(clip.motion, chains, applied)
-    count = counted_words(done, found, "corrected")
+    done = correctable_intervals(clip.motion, chains, applied)
+    count = corrected_count_text(done, found, "corrected")
     count += _left(name, len(applied), found)
     if not found.not_examined:
-        remark(f"{arguments.output}: {count}{unexamined_words(found.analysis.unexamined)}")
+        print_remark(
+            f"{arguments.output}: {count}{unexamined_limbs_text(found.analysis.unexamined)}"
+        )
     if arguments.session:
-        session = f"session with {count_of(len(review.state.intervals), 'interval')}"
-        remark(f"{arguments.session}: {session}, {len(applied)} accepted automatically")
+        session = f"session with {count_with_noun(len(review.state.intervals), 'interval')}"
+        print_remark(f"{arguments.session}: {session}, {len(applied)} accepted automatically")
     problems, beside = uncorrected_sentences(clip, chains, applied)
-    problems += not_examined(name, found)
+    problems += nothing_examined_sentence(name, found)
     notes += beside
     if arguments.json:
         print_json(_refined_to_json(arguments, clip, found, done, notes, problems))
@@ -120,20 +131,22 @@ def apply_command(arguments: argparse.Namespace) -> int:
     if arguments.session.is_dir() or arguments.clip.is_dir():
         return apply_folder(arguments)
     refuse_overwrite([arguments.output], [arguments.clip, arguments.session])
-    replay = replayed(arguments.session, arguments.clip)
+    replay = replay_session(arguments.session, arguments.clip)
     clip, chains, session = replay.clip, replay.chains, replay.session
     jumps = write_clip(clip, replay.motion, arguments.output)
     analysis = ClipAnalysis(clip.motion, chains, clip.name, session.state.rig)
-    blind = () if session.state.intervals else not_examined(arguments.clip, analysis)
+    blind = () if session.state.intervals else nothing_examined_sentence(arguments.clip, analysis)
     notes = clip_notes(arguments.clip, clip) + note_sentences(arguments.clip, analysis)
     notes += jump_sentences(arguments.output, jumps)
     notes += replay.notes
     chosen, judged = session.state.chosen(), session.state.intervals
-    done = correctable(clip.motion, chains, chosen)
-    count = counted_words(done, [j.interval for j in judged], "applied")
+    done = correctable_intervals(clip.motion, chains, chosen)
+    count = corrected_count_text(done, [j.interval for j in judged], "applied")
     seen = uncorrectable_counts([j.interval for j in judged if j.verdict == SEEN], " seen")
     if not blind:
-        remark(f"{arguments.output}: {count}{seen}{unexamined_words(analysis.unexamined)}")
+        print_remark(
+            f"{arguments.output}: {count}{seen}{unexamined_limbs_text(analysis.unexamined)}"
+        )
     problems, beside = uncorrected_sentences(clip, chains, chosen)
     problems += unknown_kind_sentences(clip, session.state)
     problems += blind
@@ -156,7 +169,7 @@ def _left(clip: str, applied: int, found: Iterable[Interval]) -> str:
     if not words:
         return ""
     window = f"; judge them with: twist-inspector {shlex.quote(clip)}"
-    window = "" if clip == clip_name(STANDARD_INPUT) else window
+    window = "" if clip == clip_name_for_messages(STANDARD_INPUT) else window
     return f"; not corrected: {words.removeprefix(', ')}{window}"
 
 
@@ -167,9 +180,9 @@ def _least(asked: float | None) -> float:
 def _tell(notes: Iterable[str], problems: Collection[str]) -> int:
     """Print problems and notes. Return 1 if there are problems, and 0 if not."""
     for sentence in problems:
-        problem(sentence)
+        print_problem(sentence)
     for sentence in notes:
-        note(sentence)
+        print_note(sentence)
     return int(bool(problems))
 
 
@@ -185,7 +198,7 @@ def _refined_to_json(
     intervals = zip(intervals_to_json(found), found, strict=True)
     return {
         "schema": "twistcore.refine/1",
-        "clip": clip_name(arguments.clip),
+        "clip": clip_name_for_messages(arguments.clip),
         "output": str(arguments.output),
         "report": str(arguments.report) if arguments.report else None,
         "session": str(arguments.session) if arguments.session else None,

@@ -6,14 +6,14 @@ from pathlib import Path
 
 from twistcore.errors import TwistError
 from twistcore.files.atomic import is_stream
-from twistcore.files.ordinary import is_there
+from twistcore.files.ordinary import path_exists
 from twistcore.review import Decision, read_session
 from twistcore.review.model import APPLIED, Judged
 
 
-def refuse_decided(path: Path) -> None:
+def refuse_decided_session(path: Path) -> None:
     """Raise TwistError if an existing file is a session with decisions, or not a session."""
-    if is_stream(path) or not is_there(path):
+    if is_stream(path) or not path_exists(path):
         return
     state = read_session(path).state
     by_person = state.left_out or state.tracking or any(map(_is_of_a_person, state.intervals))

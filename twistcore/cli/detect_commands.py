@@ -11,40 +11,40 @@ from typing import Any
 
 from twistcore.analysis.clip_analysis import ClipAnalysis, Detection
 from twistcore.analysis.correction.twist_removal import children_off_axis
-from twistcore.analysis.examination import joints_outside
+from twistcore.analysis.examination import joints_outside_chains
 from twistcore.cli.clip_inputs import (
-    analysed,
-    clip_name,
+    analyse_with_options,
+    clip_name_for_messages,
     clip_notes,
-    failed_to_json,
-    open_clip,
+    detect_in_analysis,
+    failed_clips_to_json,
+    read_clip_or_stdin,
     reference_notes,
     run_on_clips,
-    searched,
 )
 from twistcore.cli.interval_words import (
-    by_kind,
-    not_examined,
+    kind_counts_text,
     note_sentences,
+    nothing_examined_sentence,
+    unexamined_limbs_text,
     unexamined_to_json,
-    unexamined_words,
 )
-from twistcore.cli.joint_table import names_to_json, say_names
+from twistcore.cli.joint_table import joint_names_to_json, print_joint_names
 from twistcore.cli.output import (
-    count_of,
-    note,
+    count_with_noun,
     print_json,
-    problem,
-    say,
-    step,
-    tell_problems,
+    print_note,
+    print_problem,
+    print_result,
+    print_step_duration,
+    report_problems,
     terminal_text,
 )
 from twistcore.detection import Interval, Kind
-from twistcore.detection.cuts import leading_frames, trailing_frames
+from twistcore.detection.cuts import count_leading_rest_frames, count_trailing_rest_frames
 from twistcore.export.detection_json import detection_tau_degrees, intervals_to_json
 from twistcore.formats.clip import Clip
-from twistcore.skeleton.chain import Chain, chain_notes, uncorrectable_joints
+from twistcore.skeleton.chain import Chain, chain_warnings, uncorrectable_joints
 from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.notes import NOT_EXAMINED
@@ -72,14 +72,14 @@ def info_command(arguments: argparse.Namespace) -> int:
     elif documents:
         _say_info(found[0])
     blind = [sentence for one in found for sentence in one.not_examined]
-    return tell_problems([*blind, *(why for _, why in failed)], len(found))
+    return report_problems([*blind, *(why for _, why in failed)], len(found))
 
 
 def _together(
     schema: str, documents: Sequence[Document], failed: Sequence[tuple[str, str]]
 ) -> Document:
     """Combine the documents of several clips, and the failed clips, in one document."""
-    return {"schema": schema, "clips": list(documents), "failed": failed_to_json(failed)}
+    return {"schema": schema, "clips": list(documents), "failed": failed_clips_to_json(failed)}
 
 
 @dataclass(frozen=True)
@@ -106,13 +106,13 @@ class _Info:
 
 
 def _info_of(arguments: argparse.Namespace, path: Path) -> _Info:
-    clip = open_clip(path, fps=arguments.fps)
-    analysis = analysed(arguments, clip)
+    clip = read_clip_or_stdin(path, fps=arguments.fps)
+    analysis = analyse_with_options(arguments, clip)
     of_reference = reference_notes(arguments, analysis)
     motion, chains = clip.motion, analysis.chains
     document: Document = {
         "schema": "twistcore.info/1",
-        "clip": clip_name(path),
+        "clip": clip_name_for_messages(path),
         "format": clip.format,
         "sha256": clip.sha256,
         "frames": motion.frames,
@@ -129,26 +129,28 @@ def _info_of(arguments: argparse.Namespace, path: Path) -> _Info:
         "not_examined": analysis.not_examined or None,
         "unexamined": unexamined_to_json(analysis),
         "outside_chains": _outside(analysis),
-        "leading_frames": leading_frames(motion),
-        "trailing_frames": trailing_frames(motion),
+        "leading_frames": count_leading_rest_frames(motion),
+        "trailing_frames": count_trailing_rest_frames(motion),
         "warnings": [
             *map(str, clip.warnings),
             *map(str, (*analysis.notes, *of_reference)),
-            *chain_notes(chains),
+            *chain_warnings(chains),
         ],
     }
     if arguments.names:
-        document["names"] = names_to_json(analysis.body, analysis.rig.names)
+        document["names"] = joint_names_to_json(analysis.body, analysis.rig.names)
     every = [x for x in analysis.limbs if not uncorrectable_joints(motion, x, carried=True)]
     partly = {x.name for x in every if uncorrectable_joints(motion, x)}
     limbs = set(map(str, analysis.unexamined))  # printed in separate lines
     own = {str(note) for note in analysis.notes if note.kind == NOT_EXAMINED} | limbs
     notes = [warning for warning in document["warnings"] if warning not in own]
-    return _Info(document, partly, notes, not_examined(clip_name(path), analysis))
+    return _Info(
+        document, partly, notes, nothing_examined_sentence(clip_name_for_messages(path), analysis)
+    )
 
 
 def _outside(analysis: ClipAnalysis) -> dict[str, list[str]]:
-    found = joints_outside(analysis.body, analysis.chains_and_limbs)
+    found = joints_outside_chains(analysis.body, analysis.chains_and_limbs)
     return {part: list(names) for part, names in found.items()}
 
 
@@ -156,32 +158,34 @@ def _say_info(info: _Info) -> None:
     document = info.document
     size = f"{document['frames']} frames at {document['fps']:.6g} fps"
     joints = f"{len(document['joints'])} joints, {document['channels']} channels"
-    say(f"{document['clip']}: {size}, {joints}")
+    print_result(f"{document['clip']}: {size}, {joints}")
     if people := document["people"]:
-        say(f"  {len(people)} people: {', '.join(map(terminal_text, people))}")
+        print_result(f"  {len(people)} people: {', '.join(map(terminal_text, people))}")
     entries = (*document["chains"], *document["limbs"])
     width = max([_LABEL, *(len(entry["label"]) for entry in entries)])
     chains = [terminal_text(entry.get("limb") or entry["chain"]) for entry in entries]
     broad = max([_NAME, *map(len, chains)])
     if entries:
-        say(f"  {'name for --chain':<{broad}} {'chain or limb':<{width}} joints", head=True)
+        print_result(
+            f"  {'name for --chain':<{broad}} {'chain or limb':<{width}} joints", head=True
+        )
     for chain, entry in zip(chains, entries, strict=True):
         note = f"   not correctable: {', '.join(u)}" if (u := entry["uncorrectable"]) else ""
         if entry.get("limb") in info.partly:
             note = f"   not correctable if the end of the limb was kept: {', '.join(u)}"
         names = [entry[k] for k in ("parent", "child", "end") if k in entry]
         label = f"{entry['label']:<{width}}"
-        say(f"  {chain:<{broad}} {label} {' → '.join(names)}{note}")
+        print_result(f"  {chain:<{broad}} {label} {' → '.join(names)}{note}")
     for one in () if document["not_examined"] else document["unexamined"]:
         limb = f"{one['person']} · " if "person" in one else ""
         limb += one["limb"].capitalize()
-        say(f"  {limb:<{width}} not examined: {one['why']}")
+        print_result(f"  {limb:<{width}} not examined: {one['why']}")
     if entries:
         parts = (f"{part} {_listed(names)}" for part, names in document["outside_chains"].items())
-        say(f"  outside chains: {'; '.join(parts)}")
-    say_names(document.get("names", ()))
+        print_result(f"  outside chains: {'; '.join(parts)}")
+    print_joint_names(document.get("names", ()))
     for sentence in info.notes:
-        say(f"  note: {sentence}")
+        print_result(f"  note: {sentence}")
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -191,21 +195,21 @@ def _listed(names: Sequence[str]) -> str:
 
 def _say_rows(documents: Sequence[Document]) -> None:
     """Print one row for each clip. The name is in the last column because it may be long."""
-    say(
+    print_result(
         f"{'frames':>8} {'fps':>8} {'seconds':>9} {'joints':>6} {'channels':>8} {'chains':>6} "
         f"{'limbs':>5} {'unexamined':>10} {'notes':>5}  clip",
         head=True,
     )
     for d in documents:
-        say(
+        print_result(
             f"{d['frames']:>8} {d['fps']:>8.6g} {d['seconds']:>9.2f} {len(d['joints']):>6} "
             f"{d['channels']:>8} {len(d['chains']):>6} {len(d['limbs']):>5} "
             f"{len(d['unexamined']):>10} {len(d['warnings']):>5}  {d['clip']}"
         )
     for d in documents:
         if "names" in d:
-            say(d["clip"], head=True)
-            say_names(d["names"])
+            print_result(d["clip"], head=True)
+            print_joint_names(d["names"])
 
 
 def _chain_to_json(clip: Clip, chain: Chain) -> Document:
@@ -235,9 +239,13 @@ def detect_command(arguments: argparse.Namespace) -> int:
         every = _together("twistcore.detections/1", documents, failed)
         print_json(every if several else documents[0])
     elif found and several:
-        left_out = f"; {count_of(blind, 'clip')} not examined" if blind else ""
-        say(f"{count_of(len(found), 'clip')}, {count_of(total, 'interval')}{left_out}", head=True)
-    code = tell_problems([why for _, why in failed], len(found))
+        left_out = f"; {count_with_noun(blind, 'clip')} not examined" if blind else ""
+        print_result(
+            f"{count_with_noun(len(found), 'clip')}, "
+            f"{count_with_noun(total, 'interval')}{left_out}",
+            head=True,
+        )
+    code = report_problems([why for _, why in failed], len(found))
     over = int(arguments.fail_over is not None and counted > arguments.fail_over)
     return max(code, int(blind > 0), over)
 
@@ -258,33 +266,33 @@ def _detect_in(
     document
         The JSON document, empty without --json.
     """
-    clip = open_clip(path, fps=arguments.fps)
-    name, document = clip_name(path), Document()
+    clip = read_clip_or_stdin(path, fps=arguments.fps)
+    name, document = clip_name_for_messages(path), Document()
     notes, missing = clip_notes(name, clip), clip.missing_frames
     warnings = list(map(str, clip.warnings))
-    with step(f"  {clip.path}: analysed and searched"):
-        analysis = analysed(arguments, clip)
+    with print_step_duration(f"  {clip.path}: analysed and searched"):
+        analysis = analyse_with_options(arguments, clip)
         del clip  # its text takes more memory than its motion
         of_reference = reference_notes(arguments, analysis)
-        found = searched(arguments, analysis)
+        found = detect_in_analysis(arguments, analysis)
     for sentence in notes:
-        note(sentence)
-    blind = not_examined(name, found)
+        print_note(sentence)
+    blind = nothing_examined_sentence(name, found)
     if arguments.json:
         document = _detection_to_json(name, missing, warnings, found, explain=arguments.explain)
         document["notes"] += [note.to_json() for note in of_reference]
     else:
         if several:
-            say(name, head=True)
+            print_result(name, head=True)
         if not blind:
             _say_intervals(found, explain=arguments.explain)
     for sentence in blind:
-        problem(sentence)
+        print_problem(sentence)
     if not arguments.json:
         for sentence in note_sentences(name, found, of_reference):
-            note(sentence)
+            print_note(sentence)
         if several:
-            say()
+            print_result()
     counted = sum(bool(arguments.kinds) or not i.kind.of_capture for i in found)
     return counted, len(found), len(blind), document
 
@@ -295,7 +303,7 @@ def _say_intervals(found: Detection, *, explain: bool) -> None:
     broad = max(map(len, people.values()), default=0)
     broad = max(broad, len("person")) + 1 if broad else 0
     if len(found):
-        say(
+        print_result(
             f"{'person' if broad else '':<{broad}}{'chain':<{width}} {'start':>7} – {'stop':<7} "
             f"{'δ':>10}  confidence",
             head=True,
@@ -303,7 +311,7 @@ def _say_intervals(found: Detection, *, explain: bool) -> None:
     for i in found:
         name = terminal_text(i.joint or i.chain)
         whose = f"{people[i.chain]:<{broad}}"
-        say(
+        print_result(
             f"{whose}{name:<{width}} {i.start:>7} – {i.stop:<7} {i.angle_text(2):>10}"
             f"{'' if i.confidence is None else f'  {i.confidence:.2f}'}"
             f"{'  open' if i.open else ''}{_kind(i)}"
@@ -313,15 +321,17 @@ def _say_intervals(found: Detection, *, explain: bool) -> None:
     if explain:
         _explain_peaks(found)
     helpers = sum(isinstance(c, Helper) for c in found.chains)
-    where = count_of(len(found.chains) - helpers, "chain")
+    where = count_with_noun(len(found.chains) - helpers, "chain")
     if helpers:
-        where += f" and {count_of(helpers, 'helper')}"
+        where += f" and {count_with_noun(helpers, 'helper')}"
     if found.limbs and not found.chains:
-        where = count_of(len(found.limbs), "limb")
+        where = count_with_noun(len(found.limbs), "limb")
     if broad:
-        where += f" of {count_of(len({*people.values()}), 'person', 'people')}"
-    left_out = unexamined_words(found.analysis.unexamined)
-    say(f"{count_of(len(found), 'interval')} in {where}{by_kind(found)}{left_out}")
+        where += f" of {count_with_noun(len({*people.values()}), 'person', 'people')}"
+    left_out = unexamined_limbs_text(found.analysis.unexamined)
+    print_result(
+        f"{count_with_noun(len(found), 'interval')} in {where}{kind_counts_text(found)}{left_out}"
+    )
 
 
 def _kind(interval: Interval) -> str:
@@ -349,52 +359,52 @@ def _explain(interval: Interval) -> None:
     evidence = interval.evidence or {}
     _explain_signals(interval, evidence)
     for doubt in evidence.get("doubts", ()):
-        say(f"    reason for doubt: {doubt}")
+        print_result(f"    reason for doubt: {doubt}")
 
 
 def _explain_signals(interval: Interval, evidence: Mapping[str, Any]) -> None:
-    from twistcore.review.soft_onset import soft_onset  # only --explain needs it
+    from twistcore.review.soft_onset import describe_soft_onset  # only --explain needs it
 
-    if onset := soft_onset(interval):
-        say(f"    {onset}, gain {evidence['gain']:.1f}".replace("−", "-"))
+    if onset := describe_soft_onset(interval):
+        print_result(f"    {onset}, gain {evidence['gain']:.1f}".replace("−", "-"))
         return
     if interval.kind != Kind.COUNTER_TWIST or "transition" in evidence:
         own = {name: value for name, value in evidence.items() if name != "doubts"}
         for line in _in_words(own):
-            say(f"    {line}")
+            print_result(f"    {line}")
         return
     for edge in evidence.get("edges", ()):
-        say(
+        print_result(
             f"    frames {edge['start']}–{edge['stop']}: Δθp {edge['residual_x_deg']:+.2f}°, "
             f"Δθc {edge['residual_y_deg']:+.2f}°, agreement {edge['agreement']:.2f}, "
             f"jump {edge['jump_deg']:+.2f}° ± {edge['sigma_deg']:.3f}°"
         )
     if (share := evidence.get("child_follows", 1.0)) < 1.0:
-        say(f"    the child turns back by {share:.0%} of δ")
-    say(f"    remaining offset {math.degrees(interval.residual):+.3f}°")
+        print_result(f"    the child turns back by {share:.0%} of δ")
+    print_result(f"    remaining offset {math.degrees(interval.residual):+.3f}°")
 
 
 def _explain_peaks(found: Detection) -> None:
     """For each chain, print why peaks of the signal above τ did not become intervals."""
-    from twistcore.analysis.why_not import peaks_without_interval  # only --explain needs it
+    from twistcore.analysis.why_not import why_peaks_lack_interval  # only --explain needs it
 
     for chain in found.chains_and_limbs:
-        if reasons := peaks_without_interval(found, chain.name):
+        if reasons := why_peaks_lack_interval(found, chain.name):
             count = f"{len(reasons)} peak{'' if len(reasons) == 1 else 's'}"
-            say(f"{chain.name:<20} {count} above τ without an interval")
+            print_result(f"{chain.name:<20} {count} above τ without an interval")
             for reason in reasons:
-                say(f"    {reason.text}")
+                print_result(f"    {reason.text}")
 
 
 def _peaks_to_json(found: Detection) -> list[Document]:
-    from twistcore.analysis.why_not import peaks_without_interval  # only --explain needs it
+    from twistcore.analysis.why_not import why_peaks_lack_interval  # only --explain needs it
 
     names = found.analysis.motion.skeleton.names
     entries = []
     for chain in found.chains_and_limbs:
         own = {"chain": names[chain.parent]}
         own |= {"limb": chain.name} if isinstance(chain, Limb) else {}
-        entries += [r.to_json() | own for r in peaks_without_interval(found, chain.name)]
+        entries += [r.to_json() | own for r in why_peaks_lack_interval(found, chain.name)]
     return entries
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from twistcore.cli.clip_inputs import clip_name, open_clip, tell_clip
+from twistcore.cli.clip_inputs import clip_name_for_messages, print_clip_notes, read_clip_or_stdin
 from twistcore.cli.diff_sessions import diff_sessions
 from twistcore.cli.folder_commands import diff_folders
-from twistcore.cli.output import count_of, print_json, say, terminal_text
+from twistcore.cli.output import count_with_noun, print_json, print_result, terminal_text
 from twistcore.errors import ClipMismatchError, TwistError
-from twistcore.export.compare import compare, difference_to_json
-from twistcore.report.report_difference import is_report, report_difference
+from twistcore.export.compare import compare_motions, difference_to_json
+from twistcore.report.report_difference import is_clip_report_json, report_difference
 
 
 def diff_command(arguments: argparse.Namespace) -> int:
@@ -20,7 +20,7 @@ def diff_command(arguments: argparse.Namespace) -> int:
     Raises TwistError if the two arguments are of different types.
     """
     documents = [path for path in (arguments.a, arguments.b) if _is_document(path)]
-    reports = any(map(is_report, documents))
+    reports = any(map(is_clip_report_json, documents))
     if len(documents) == 1 and not reports:
         raise TwistError(f"expected two sessions, but only {documents[0]} is a session")
     if arguments.merge and (reports or not documents):
@@ -39,14 +39,14 @@ def _is_document(path: Path) -> bool:
 
 
 def _diff_clips(arguments: argparse.Namespace) -> int:
-    names = clip_name(arguments.a), clip_name(arguments.b)
+    names = clip_name_for_messages(arguments.a), clip_name_for_messages(arguments.b)
     if names == ("-", "-"):
         raise TwistError("- (standard input) can be given only once")
-    a, b = open_clip(arguments.a), open_clip(arguments.b)
+    a, b = read_clip_or_stdin(arguments.a), read_clip_or_stdin(arguments.b)
     for name, clip in zip(names, (a, b), strict=True):
-        tell_clip(name, clip)
+        print_clip_notes(name, clip)
     try:
-        difference = compare(a.motion, b.motion)
+        difference = compare_motions(a.motion, b.motion)
     except ClipMismatchError as error:
         raise ClipMismatchError(f"{', '.join(names)}: {error}") from None
     if arguments.json:
@@ -54,16 +54,19 @@ def _diff_clips(arguments: argparse.Namespace) -> int:
         return 0
     width = max([24, *(len(terminal_text(j.joint)) for j in difference.joints)])
     if difference.joints:
-        say(f"{'joint':<{width}} {'start':>7} – {'stop':<7} rotation differs", head=True)
+        print_result(f"{'joint':<{width}} {'start':>7} – {'stop':<7} rotation differs", head=True)
     for j in difference.joints:
         name = f"{terminal_text(j.joint):<{width}}"
-        say(f"{name} {j.start:>7} – {j.stop:<7} up to {j.max_degrees:8.3f}°")
+        print_result(f"{name} {j.start:>7} – {j.stop:<7} up to {j.max_degrees:8.3f}°")
     for m in difference.moved:
-        frames = count_of(m.frames, "frame")
-        say(f"{m.joint} moves by up to {m.of_height:.2g} of the figure's height in {frames}")
-    say(
-        f"rotations differ in {count_of(len({j.joint for j in difference.joints}), 'joint')} and "
-        f"{count_of(difference.frames, 'frame')}; joints move by at most "
+        frames = count_with_noun(m.frames, "frame")
+        print_result(
+            f"{m.joint} moves by up to {m.of_height:.2g} of the figure's height in {frames}"
+        )
+    print_result(
+        "rotations differ in "
+        f"{count_with_noun(len({j.joint for j in difference.joints}), 'joint')} and "
+        f"{count_with_noun(difference.frames, 'frame')}; joints move by at most "
         f"{difference.max_position_of_height:.2g} of the figure's height"
     )
     return 0
@@ -76,6 +79,11 @@ def _diff_reports(arguments: argparse.Namespace) -> int:
         return 0
     for i in found["changes"]:
         decisions = " → ".join(filter(None, (i["before"], i["after"])))
-        say(f"{i['change']:<20} {i['chain']} {i['start']} – {i['stop']}: {i['kind']}, {decisions}")
-    say(f"{count_of(len(found['changes']), 'difference')}; {found['same']} intervals are the same")
+        print_result(
+            f"{i['change']:<20} {i['chain']} {i['start']} – {i['stop']}: {i['kind']}, {decisions}"
+        )
+    print_result(
+        f"{count_with_noun(len(found['changes']), 'difference')}; {found['same']} intervals are "
+        "the same"
+    )
     return 0

@@ -6,19 +6,19 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from twistcore.cli.decided_sessions import refuse_decided
+from twistcore.cli.decided_sessions import refuse_decided_session
 from twistcore.cli.output import (
-    count_of,
-    note,
+    count_with_noun,
     print_json,
+    print_note,
+    print_remark,
+    print_result,
     refuse_overwrite,
-    remark,
-    say,
     terminal_text,
 )
 from twistcore.errors import ClipMismatchError, TwistError
-from twistcore.export.replay import chains_of
-from twistcore.files.marks import found_file
+from twistcore.export.replay import session_chains
+from twistcore.files.marks import find_file_by_sha256
 from twistcore.formats.reading import read_clip
 from twistcore.review import Judged, Session, read_session, write_session
 from twistcore.review.agreement import (
@@ -40,7 +40,7 @@ def diff_sessions(arguments: argparse.Namespace) -> int:
         found = Agreement(pair_intervals(a.state.intervals, b.state.intervals))
         if arguments.merge:
             refuse_overwrite([arguments.merge], [arguments.a, arguments.b])
-            refuse_decided(arguments.merge)
+            refuse_decided_session(arguments.merge)
             _merge(arguments.a, a, b, found, arguments.merge)
     except ClipMismatchError as error:
         raise ClipMismatchError(f"{arguments.a}, {arguments.b}: {error}") from None
@@ -50,25 +50,29 @@ def diff_sessions(arguments: argparse.Namespace) -> int:
         _tell_sessions(arguments, (a, b), found)
     if arguments.merge:
         agreed = sum(p.decided_by_both and p.difference is None for p in found.pairs)
-        left = f"{count_of(len(found.differences), 'interval')} left undecided; see their notes"
-        remark(f"{arguments.merge}: agreed decisions: {agreed}; {left}")
+        left = (
+            f"{count_with_noun(len(found.differences), 'interval')} left undecided; see their notes"
+        )
+        print_remark(f"{arguments.merge}: agreed decisions: {agreed}; {left}")
     return 0
 
 
 def _merge(path: Path, a: Session, b: Session, found: Agreement, output: Path) -> None:
     """Write a session with the agreed decisions to `output`. `path` is the file of session `a`."""
     places = Path(a.clip), path.parent / Path(a.clip).name
-    if (clip_path := found_file(places, a.sha256)) is None:
+    if (clip_path := find_file_by_sha256(places, a.sha256)) is None:
         raise TwistError(
             f"{path}: the clip of this session was not found; put it in the same folder as the "
             "session"
         )
     clip = read_clip(clip_path, fps=a.fps)
     for session in (a, b):
-        chains_of(session, clip)  # raises an error if the session is damaged
+        session_chains(session, clip)  # raises an error if the session is damaged
     write_session(clip, merged_review(found, a.state), output)
     if a.state.tracking != b.state.tracking:
-        note(f"{output}: note: the sessions differ in tracking; the tracking of {path} was kept")
+        print_note(
+            f"{output}: note: the sessions differ in tracking; the tracking of {path} was kept"
+        )
 
 
 def _tell_sessions(
@@ -78,15 +82,15 @@ def _tell_sessions(
         intervals = session.state.intervals
         decided, who = sum(map(decided_by_person, intervals)), reviewers_of(intervals)
         by = f" by {', '.join(who)}" if who else ""
-        say(f"{name} {path}: {decided} of {len(intervals)} intervals decided{by}")
+        print_result(f"{name} {path}: {decided} of {len(intervals)} intervals decided{by}")
     if found.differences:
         width = max(16, *(len(pair.either.interval.chain) for pair in found.differences))
-        say(f"{'chain':<{width}} {'A':<32} {'B':<32} difference", head=True)
+        print_result(f"{'chain':<{width}} {'A':<32} {'B':<32} difference", head=True)
     for pair in found.differences:
         chain = terminal_text(pair.either.interval.chain)
         sides = f"{_side(pair.mine):<32} {_side(pair.theirs):<32}"
-        say(f"{chain:<{width}} {sides} {pair.difference}")
-    say(found.summary)
+        print_result(f"{chain:<{width}} {sides} {pair.difference}")
+    print_result(found.summary)
 
 
 def _side(judged: Judged | None) -> str:

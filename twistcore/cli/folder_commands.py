@@ -9,34 +9,34 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from twistcore.cli.interval_words import jump_sentences, tell_jumps
+from twistcore.cli.interval_words import jump_sentences, print_channel_jumps
 from twistcore.cli.output import (
-    count_of,
-    counter,
-    note,
+    clip_progress_printer,
+    count_with_noun,
     print_json,
-    remark,
-    say,
-    tell_problems,
+    print_note,
+    print_remark,
+    print_result,
+    report_problems,
 )
 from twistcore.errors import TwistError
 from twistcore.export.folder_compare import (
     FolderDifference,
     compare_folders,
     folder_difference_to_json,
-    largest_degrees,
+    largest_rotation_difference,
 )
 from twistcore.export.folder_replay import (
     Pairs,
     Replayed,
-    note_written,
+    add_replayed_clip_hash,
     pair_sessions,
-    read_written,
-    replay_into,
+    read_replayed_clip_hashes,
+    write_replayed_clip,
 )
 from twistcore.files.atomic import same_file
-from twistcore.files.ordinary import is_there
-from twistcore.work.processes import each, reason
+from twistcore.files.ordinary import path_exists
+from twistcore.work.processes import describe_failure, map_in_processes
 
 
 def apply_folder(arguments: argparse.Namespace) -> int:
@@ -46,20 +46,20 @@ def apply_folder(arguments: argparse.Namespace) -> int:
         raise TwistError(f"{output} is the folder of the clips; choose another folder to write to")
     found = pair_sessions(sessions, clips, output)
     output.mkdir(parents=True, exist_ok=True)
-    own = read_written(output)
+    own = read_replayed_clip_hashes(output)
     problems, through = list(found.problems), dict[str, Replayed]()
-    work = partial(replay_into, output, own)
-    with counter(len(found.pairs)) as tell:
-        for pair, result in each(work, found.pairs, _workers(arguments)):
+    work = partial(write_replayed_clip, output, own)
+    with clip_progress_printer(len(found.pairs)) as tell:
+        for pair, result in map_in_processes(work, found.pairs, _workers(arguments)):
             if isinstance(result, Exception):
-                problems.append(reason(pair.session, result))
+                problems.append(describe_failure(pair.session, result))
             else:
                 through[pair.name] = result
                 if result.new:
-                    note_written(output, pair.name, result.sha256)
+                    add_replayed_clip_hash(output, pair.name, result.sha256)
             tell(pair.name)
     for path in found.older:
-        note(f"{path}: note: skipped, because the clip has a later session")
+        print_note(f"{path}: note: skipped, because the clip has a later session")
     for name in sorted(through):
         _tell_replayed(output / name, through[name])
     problems += [sentence for name in sorted(through) for sentence in through[name].left]
@@ -67,10 +67,12 @@ def apply_folder(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(_applied_to_json(arguments, found, through, problems))
     applied = sum(one.applied for one in through.values())
-    alone = f"; {count_of(len(found.alone), 'clip')} without a session" if found.alone else ""
-    where = count_of(len(through), "clip")
-    remark(f"{output}: {count_of(applied, 'interval')} applied in {where}{alone}")
-    return tell_problems(problems, len(through))
+    alone = (
+        f"; {count_with_noun(len(found.alone), 'clip')} without a session" if found.alone else ""
+    )
+    where = count_with_noun(len(through), "clip")
+    print_remark(f"{output}: {count_with_noun(applied, 'interval')} applied in {where}{alone}")
+    return report_problems(problems, len(through))
 
 
 def _applied_to_json(
@@ -99,19 +101,19 @@ def _applied_to_json(
 def diff_folders(arguments: argparse.Namespace) -> int:
     """Print the differences between two folders of clips. Return 1 if a pair failed."""
     a, b = _folders(arguments.a, arguments.b)
-    found = compare_folders(a, b, workers=_workers(arguments), counter=counter)
+    found = compare_folders(a, b, workers=_workers(arguments), counter=clip_progress_printer)
     if arguments.json:
         print_json(folder_difference_to_json(found, str(arguments.a), str(arguments.b)))
     else:
         _tell_difference(found, arguments.a, arguments.b)
-    return tell_problems(
+    return report_problems(
         list(found.failed.values()), 1
     )  # 1, because it is not a failure if no clip is in both folders
 
 
 def _folders(*paths: Path) -> tuple[Path, ...]:
     for path in paths:
-        if is_there(path) and not path.is_dir():
+        if path_exists(path) and not path.is_dir():
             raise TwistError(
                 f"{path} is not a folder, but another argument is; expected only "
                 "folders or only files"
@@ -121,27 +123,28 @@ def _folders(*paths: Path) -> tuple[Path, ...]:
 
 def _tell_replayed(path: Path, one: Replayed) -> None:
     kept = "" if one.new else ", already there"
-    remark(f"{path}: {one.applied} of {one.repairable} intervals applied{kept}")
-    tell_jumps(path, one.jumps)
+    print_remark(f"{path}: {one.applied} of {one.repairable} intervals applied{kept}")
+    print_channel_jumps(path, one.jumps)
     for sentence in one.beside:
-        note(sentence)
+        print_note(sentence)
 
 
 def _tell_difference(found: FolderDifference, a: Path, b: Path) -> None:
     for folder, names in ((a, found.only_a), (b, found.only_b)):
         for name in names:
-            say(f"{name}: only in {folder}")
+            print_result(f"{name}: only in {folder}")
     for name, difference in found.different.items():
         joints = {j.joint for j in difference.joints}
-        say(
-            f"{name}: {count_of(len(joints), 'joint')} in {count_of(difference.frames, 'frame')}, "
-            f"up to {largest_degrees(difference):.3f}°; joints move by at most "
+        print_result(
+            f"{name}: {count_with_noun(len(joints), 'joint')} in "
+            f"{count_with_noun(difference.frames, 'frame')}, "
+            f"up to {largest_rotation_difference(difference):.3f}°; joints move by at most "
             f"{difference.max_position_of_height:.1e} of the figure's height"
         )
     for name in found.same_motion:
-        say(f"{name}: different bytes, same motion")
-    say(
-        f"{count_of(found.in_both, 'clip')} compared: {len(found.identical)} identical, "
+        print_result(f"{name}: different bytes, same motion")
+    print_result(
+        f"{count_with_noun(found.in_both, 'clip')} compared: {len(found.identical)} identical, "
         f"{len(found.same_motion)} with the same motion, {len(found.different)} different; "
         f"{len(found.only_a)} only in {a}, {len(found.only_b)} only in {b}"
     )

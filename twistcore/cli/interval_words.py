@@ -7,9 +7,9 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from twistcore.analysis.clip_analysis import ClipAnalysis, Detection
-from twistcore.cli.output import note
+from twistcore.cli.output import print_note
 from twistcore.detection import Interval, Kind
-from twistcore.detection.kind import plural_name
+from twistcore.detection.kind import plural_kind_name
 from twistcore.formats.clip import ChannelJump
 from twistcore.skeleton.body import Unexamined
 from twistcore.skeleton.notes import NOT_EXAMINED, Note
@@ -23,10 +23,10 @@ def jump_sentences(output: Path, jumps: Sequence[ChannelJump]) -> list[str]:
     return sentences
 
 
-def tell_jumps(output: Path, jumps: Sequence[ChannelJump]) -> None:
+def print_channel_jumps(output: Path, jumps: Sequence[ChannelJump]) -> None:
     """Print notes about channels that change by more than 180° in a frame."""
     for sentence in jump_sentences(output, jumps):
-        note(sentence)
+        print_note(sentence)
 
 
 def note_sentences(
@@ -34,13 +34,14 @@ def note_sentences(
 ) -> list[str]:
     """Return the notes about an analysis and the notes in `more`, each with the clip's name.
 
-    If a clip could not be examined, this is a problem and not a note; see :func:`not_examined`.
+    If a clip could not be examined, this is a problem and not a note; see
+    :func:`nothing_examined_sentence`.
     """
     notes = (*analysis.notes, *more)
     return [f"{clip}: note: {note}" for note in notes if note.kind != NOT_EXAMINED]
 
 
-def not_examined(clip: object, found: ClipAnalysis | Detection) -> tuple[str, ...]:
+def nothing_examined_sentence(clip: object, found: ClipAnalysis | Detection) -> tuple[str, ...]:
     """Return a tuple with a sentence if nothing in a clip could be examined, or an empty tuple."""
     return (f"{clip}: could not be examined: {why}",) if (why := found.not_examined) else ()
 
@@ -50,7 +51,7 @@ def unexamined_to_json(analysis: ClipAnalysis) -> list[dict[str, str]]:
     return [limb.to_json() for limb in analysis.unexamined]
 
 
-def unexamined_words(unexamined: Sequence[Unexamined]) -> str:
+def unexamined_limbs_text(unexamined: Sequence[Unexamined]) -> str:
     """Return text such as '; left arm and right arm not examined', or '' if all were examined."""
     if not unexamined:
         return ""
@@ -58,7 +59,7 @@ def unexamined_words(unexamined: Sequence[Unexamined]) -> str:
     return f"; {', '.join(first)}{' and ' if first else ''}{last} not examined"
 
 
-def by_kind(intervals: Iterable[Interval], among: Iterable[Interval] = ()) -> str:
+def kind_counts_text(intervals: Iterable[Interval], among: Iterable[Interval] = ()) -> str:
     """Return text such as ' (2 counter-twists, 7 limb flips)', or '' if all are counter-twists.
 
     The text is empty only if all intervals in `among` are counter-twists, too.
@@ -69,7 +70,7 @@ def by_kind(intervals: Iterable[Interval], among: Iterable[Interval] = ()) -> st
     return f" ({', '.join(_counted(count[k], k) for k in _in_order(count))})"
 
 
-def counted_words(applied: Sequence[Interval], every: Iterable[Interval], verb: str) -> str:
+def corrected_count_text(applied: Sequence[Interval], every: Iterable[Interval], verb: str) -> str:
     """Return text such as '5 of 7 intervals corrected (5 limb flips)'.
 
     `applied` are the corrected intervals. The total is the number of twist errors in `every`, plus
@@ -77,7 +78,7 @@ def counted_words(applied: Sequence[Interval], every: Iterable[Interval], verb: 
     """
     every = tuple(every)
     repairable = sum(i.repairable for i in every) + sum(not i.repairable for i in applied)
-    return f"{len(applied)} of {repairable} intervals {verb}{by_kind(applied, every)}"
+    return f"{len(applied)} of {repairable} intervals {verb}{kind_counts_text(applied, every)}"
 
 
 def uncorrectable_counts(intervals: Iterable[Interval], mark: str = "") -> str:
@@ -97,4 +98,4 @@ def _in_order(kinds: Iterable[Kind]) -> list[Kind]:
 def _counted(count: int, kind: Kind) -> str:
     """Return a count with its kind, such as '2 limb flips' or '1 frozen span'."""
     word = kind.info.counted or kind.value
-    return f"{count} {word if count == 1 else plural_name(word)}"
+    return f"{count} {word if count == 1 else plural_kind_name(word)}"

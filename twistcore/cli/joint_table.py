@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
-from twistcore.cli.output import say, terminal_text
+from twistcore.cli.output import print_result, terminal_text
 from twistcore.skeleton.body import Body
 from twistcore.skeleton.joint_names import JointName
 
@@ -13,7 +13,7 @@ _WIDTH = 24  # minimum width of the column with joint names
 _UNKNOWN = "unknown"
 
 
-def names_to_json(body: Body, own: Collection[str]) -> list[dict[str, Any]]:
+def joint_names_to_json(body: Body, own: Collection[str]) -> list[dict[str, Any]]:
     """Return the recognised bone of each joint, its side, other possible bones, and the reason.
 
     `own` are the joints that the user has named in a file.
@@ -34,14 +34,14 @@ def names_to_json(body: Body, own: Collection[str]) -> list[dict[str, Any]]:
     ]
 
 
-def say_names(entries: Iterable[Mapping[str, Any]]) -> None:
+def print_joint_names(entries: Iterable[Mapping[str, Any]]) -> None:
     """Print one row for each joint."""
     rows = [(terminal_text(e["joint"]), e["taken_for"], e["by"]) for e in entries]
     if rows:
         width = max(_WIDTH, *(len(joint) for joint, *_ in rows))
-        say(f"  {'joint':<{width}} {'body part':<24} recognised by", head=True)
+        print_result(f"  {'joint':<{width}} {'body part':<24} recognised by", head=True)
         for joint, taken, by in rows:
-            say(f"  {joint:<{width}} {taken:<24} {terminal_text(by)}".rstrip())
+            print_result(f"  {joint:<{width}} {taken:<24} {terminal_text(by)}".rstrip())
 
 
 def _kind(name: JointName) -> str:

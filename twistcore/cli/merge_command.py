@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from twistcore.batch.merging import merge
-from twistcore.cli.output import count_of, problem, remark
+from twistcore.batch.merging import merge_batch_folders
+from twistcore.cli.output import count_with_noun, print_problem, print_remark
 
 
 def merge_command(arguments: argparse.Namespace) -> int:
@@ -13,11 +13,13 @@ def merge_command(arguments: argparse.Namespace) -> int:
 
     Returns the exit code: 0 if all clips have a result and all files were copied, and 1 if not.
     """
-    merged = merge(arguments.folders, arguments.output)
+    merged = merge_batch_folders(arguments.folders, arguments.output)
     for sentence in (*merged.failed, *merged.problems):
-        problem(sentence)
+        print_problem(sentence)
     if merged.waiting:
-        problem(f"{count_of(merged.waiting, 'clip')} not processed yet")
-    counts = f"{count_of(merged.done, 'clip')} done, {len(merged.failed)} failed"
-    remark(f"{arguments.output}: {counts}, from {count_of(len(arguments.folders), 'folder')}")
+        print_problem(f"{count_with_noun(merged.waiting, 'clip')} not processed yet")
+    counts = f"{count_with_noun(merged.done, 'clip')} done, {len(merged.failed)} failed"
+    print_remark(
+        f"{arguments.output}: {counts}, from {count_with_noun(len(arguments.folders), 'folder')}"
+    )
     return int(bool(merged.failed or merged.problems or merged.waiting))

@@ -16,10 +16,14 @@ from pathlib import Path
 from typing import IO, Any
 
 from twistcore.errors import TwistError
-from twistcore.files.atomic import destination, is_stream, same_file
-from twistcore.files.encoding import json_text, legible, legible_json
+from twistcore.files.atomic import is_stream, resolve_write_path, same_file
+from twistcore.files.encoding import (
+    escape_control_characters,
+    escape_json_control_characters,
+    json_text,
+)
 from twistcore.work.frozen import dataclass
-from twistcore.work.progress import TellName, clip_counter, uncounted
+from twistcore.work.progress import TellName, clip_progress_counter, silent_clip_progress
 
 _BOLD, _YELLOW, _RED = "1", "33", "31"
 
@@ -54,7 +58,7 @@ _voices = [_USUAL]  # the last one is used, by all threads, since other threads 
 
 
 @contextlib.contextmanager
-def speaking(voice: Voice) -> Iterator[None]:
+def use_output_voice(voice: Voice) -> Iterator[None]:
     """Use `voice` for all output within the context."""
     _voices.append(voice)
     try:
@@ -70,42 +74,42 @@ def is_quiet() -> bool:
 
 def terminal_text(text: object) -> str:
     r"""Return an object's text for a terminal, with control characters escaped, such as `\x1b`."""
-    return legible(text)
+    return escape_control_characters(text)
 
 
 # -- lines of text ---------------------------------------------------------------------------------
 
 
-def say(text: str = "", *, head: bool = False) -> None:
+def print_result(text: str = "", *, head: bool = False) -> None:
     """Print a line of the result on standard output. Set `head` to True for a heading."""
     _line(text, sys.stdout, _BOLD if head else "")
 
 
-def say_all(text: str) -> None:
+def print_result_lines(text: str) -> None:
     """Print a result of several lines on standard output."""
     for line in text.removesuffix("\n").split("\n"):
-        say(line)
+        print_result(line)
 
 
-def remark(text: str) -> None:
+def print_remark(text: str) -> None:
     """Print on standard output what the command has done, unless --quiet or --json is given."""
     if not (is_quiet() or _voices[-1].document):
         _line(text, sys.stdout)
 
 
-def progress(text: str) -> None:
+def print_progress(text: str) -> None:
     """Print a line about progress on standard error, unless --quiet is given."""
     if not is_quiet():
         _line(text, sys.stderr)
 
 
-def note(text: object) -> None:
+def print_note(text: object) -> None:
     """Print a note on standard error, unless --quiet is given or the voice lists it as known."""
     if _is_new(text) and not is_quiet():
         _line(text, sys.stderr, _YELLOW)
 
 
-def problem(text: object) -> None:
+def print_problem(text: object) -> None:
     """Print a problem on standard error, unless the voice lists it as known."""
     if _is_new(text):
         _line(text, sys.stderr, _RED)
@@ -118,7 +122,7 @@ def _is_new(text: object) -> bool:
 
 
 @contextlib.contextmanager
-def step(text: str) -> Iterator[None]:
+def print_step_duration(text: str) -> Iterator[None]:
     """Print on standard error how long the context took, if --verbose is given."""
     begin = time.perf_counter()
     yield
@@ -127,13 +131,13 @@ def step(text: str) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def counter(total: int, done: int = 0) -> Iterator[TellName]:
+def clip_progress_printer(total: int, done: int = 0) -> Iterator[TellName]:
     """Yield a function that prints the progress, to call with the name of each finished clip.
 
     `total` is the number of clips, and `done` is the number of clips already finished. With
     --quiet, the function prints nothing.
     """
-    with uncounted(total) if is_quiet() else clip_counter(total, done) as tell:
+    with silent_clip_progress(total) if is_quiet() else clip_progress_counter(total, done) as tell:
         yield lambda name: tell(terminal_text(name))
 
 
@@ -160,21 +164,21 @@ def print_json(document: dict[str, Any]) -> None:
     text = json_text(document)
     if (sys.stdout.encoding or "utf-8").lower() != "utf-8":
         text = json.dumps(json.loads(text), indent=1)  # other characters are escaped
-    print("\n".join(map(legible_json, text.split("\n"))))
+    print("\n".join(map(escape_json_control_characters, text.split("\n"))))
 
 
-def tell_problems(problems: Sequence[str], done: int) -> int:
+def report_problems(problems: Sequence[str], done: int) -> int:
     """Print the problems and return the exit code.
 
     The code is 0 without problems, 1 with problems, and 2 if `done`, the number of processed clips,
     is 0.
     """
     for sentence in problems:
-        problem(sentence)
+        print_problem(sentence)
     return int(bool(problems)) if done else 2
 
 
-def count_of(number: int, what: str, several: str = "") -> str:
+def count_with_noun(number: int, what: str, several: str = "") -> str:
     """Return a count with its noun, such as '1 clip' or '2 clips'.
 
     `several` is the plural if it does not end in 's'.
@@ -188,12 +192,14 @@ def refuse_overwrite(outputs: Sequence[Path], sources: Iterable[Path]) -> None:
     Links are followed. Raises OSError if an output cannot be written.
     """
     for k, output in enumerate(outputs):
-        end = destination(output)
+        end = resolve_write_path(output)
         if any(same_file(output, source) for source in sources):
             raise TwistError(
                 f"{output} is an input of this command; choose another file to write to"
             )
-        if any(end == destination(other) or same_file(output, other) for other in outputs[:k]):
+        if any(
+            end == resolve_write_path(other) or same_file(output, other) for other in outputs[:k]
+        ):
             raise TwistError(f"{output} is given for two outputs; choose different files")
         if not is_stream(output) and not end.parent.is_dir():
             raise TwistError(

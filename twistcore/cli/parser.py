@@ -12,17 +12,17 @@ from pathlib import Path
 
 from twistcore.cli.arguments.argument_types import (
     Parser,
-    count,
-    degrees,
-    folder,
-    limit,
-    not_negative,
-    number,
-    rate,
-    readable,
-    seed,
-    target,
-    workers,
+    parse_clip_input_path,
+    parse_count,
+    parse_degrees,
+    parse_finite_number,
+    parse_frame_rate,
+    parse_limit,
+    parse_non_negative_number,
+    parse_output_folder,
+    parse_output_path,
+    parse_seed,
+    parse_worker_count,
 )
 from twistcore.cli.arguments.batch_arguments import add_batch, add_merge, add_watch
 from twistcore.cli.arguments.clean_arguments import add_clean
@@ -36,9 +36,9 @@ from twistcore.cli.arguments.common_arguments import (
     add_output,
     add_reference,
     add_seed,
-    add_voice,
+    add_verbosity_options,
     add_workers,
-    deferred,
+    deferred_command,
 )
 from twistcore.cli.arguments.detection_arguments import (
     add_chains,
@@ -77,9 +77,9 @@ def make_parser(words: Sequence[str] | None = None) -> argparse.ArgumentParser:
             continue
         add_arguments(command)
         _set_texts(command, COMMANDS[name])
-        for full_name, leaf in commands_of(command, name):
+        for full_name, leaf in command_parsers(command, name):
             _set_texts(leaf, COMMANDS[full_name])
-            add_voice(leaf)
+            add_verbosity_options(leaf)
             leaf.set_defaults(command=leaf.prog)
     return parser
 
@@ -89,7 +89,7 @@ def _set_texts(parser: argparse.ArgumentParser, texts: CommandHelp) -> None:
     parser.formatter_class = HelpFormatter
 
 
-def commands_of(
+def command_parsers(
     parser: argparse.ArgumentParser, words: str = ""
 ) -> Iterator[tuple[str, argparse.ArgumentParser]]:
     """Yield the name (such as 'detect' or 'quamo refine') and the parser of each command.
@@ -101,7 +101,7 @@ def commands_of(
         yield words, parser
     for group in groups:
         for name, below in group.choices.items():
-            yield from commands_of(below, f"{words} {name}".strip())
+            yield from command_parsers(below, f"{words} {name}".strip())
 
 
 def _info(info: Parser) -> None:
@@ -115,7 +115,7 @@ def _info(info: Parser) -> None:
     )
     add_reference(info)
     add_json(info)
-    info.set_defaults(run=deferred("detect_commands", "info_command"))
+    info.set_defaults(run=deferred_command("detect_commands", "info_command"))
 
 
 def _detect(detect: Parser) -> None:
@@ -128,14 +128,14 @@ def _detect(detect: Parser) -> None:
     )
     detect.add_argument(
         "--fail-over",
-        type=limit,
+        type=parse_limit,
         metavar="N",
         help="exit with 1 if more than N intervals are found in all clips together; noise bursts "
         "and frozen frames count only with --kinds (default: no limit)",
     )
     add_reference(detect)
     add_json(detect)
-    detect.set_defaults(run=deferred("detect_commands", "detect_command"))
+    detect.set_defaults(run=deferred_command("detect_commands", "detect_command"))
 
 
 def _signals(signals: Parser) -> None:
@@ -143,7 +143,7 @@ def _signals(signals: Parser) -> None:
     add_fps(signals)
     signals.add_argument(
         "--csv",
-        type=target,
+        type=parse_output_path,
         metavar="FILE",
         help="write a table with one row for each chain and frame (with the clip's name if there "
         "are several clips); '-' is standard output (default: none; --csv or --json is required)",
@@ -155,34 +155,34 @@ def _signals(signals: Parser) -> None:
     )
     add_chains(signals)
     add_json(signals)
-    signals.set_defaults(run=deferred("signals_command", "signals_command"))
+    signals.set_defaults(run=deferred_command("signals_command", "signals_command"))
 
 
 def _diff(diff: Parser) -> None:
     for name, which in (("a", "first"), ("b", "second")):
         diff.add_argument(
             name,
-            type=readable,
+            type=parse_clip_input_path,
             metavar=name.upper(),
             help=f"the {which} clip, folder, session or NAME.report.json; '-' reads a BVH from "
             "standard input",
         )
     diff.add_argument(
         "--merge",
-        type=target,
+        type=parse_output_path,
         metavar="OUT",
         help="write a session with the decisions on which two sessions agree; all other intervals "
         "are undecided, with both decisions in their notes (default: none)",
     )
     add_json(diff)
     add_workers(diff, "number of parallel processes for folders")
-    diff.set_defaults(run=deferred("diff_command", "diff_command"))
+    diff.set_defaults(run=deferred_command("diff_command", "diff_command"))
 
 
 def _refine(refine: Parser) -> None:
     refine.add_argument(
         "clip",
-        type=readable,
+        type=parse_clip_input_path,
         metavar="CLIP",
         help="the clip to correct; '-' reads a BVH from standard input",
     )
@@ -191,19 +191,19 @@ def _refine(refine: Parser) -> None:
     add_correction(refine)
     refine.add_argument(
         "--report",
-        type=folder,
+        type=parse_output_folder,
         metavar="DIR",
         help="also write a report into this folder (default: none)",
     )
     refine.add_argument(
         "--session",
-        type=target,
+        type=parse_output_path,
         metavar="FILE",
         help="also write the corrections as a session, such as walk.twist.json, for `apply`, "
         "`export`, `report` and the window (default: none)",
     )
     add_json(refine)
-    refine.set_defaults(run=deferred("correct_commands", "refine_command"))
+    refine.set_defaults(run=deferred_command("correct_commands", "refine_command"))
 
 
 def _apply(apply: Parser) -> None:
@@ -222,7 +222,7 @@ def _apply(apply: Parser) -> None:
     add_output(apply, "clip or folder to write; '-' is standard output")
     add_workers(apply, "number of parallel processes for folders")
     add_json(apply)
-    apply.set_defaults(run=deferred("correct_commands", "apply_command"))
+    apply.set_defaults(run=deferred_command("correct_commands", "apply_command"))
 
 
 def _report(report: Parser) -> None:
@@ -232,7 +232,7 @@ def _report(report: Parser) -> None:
         metavar="SESSION|OUTDIR",
         help="a session, or the OUTDIR of `twistcore batch`",
     )
-    add_output(report, "folder for the pages", folder, "DIR")
+    add_output(report, "folder for the pages", parse_output_folder, "DIR")
     report.add_argument(
         "--clip",
         type=Path,
@@ -241,14 +241,14 @@ def _report(report: Parser) -> None:
     )
     report.add_argument(
         "--workers",
-        type=workers,
+        type=parse_worker_count,
         default=1,
         metavar="N",
         help="number of processes (default: %(default)s)",
     )
     report.add_argument(
         "--pages",
-        type=count,
+        type=parse_count,
         metavar="N",
         help="write pages for only the N worst clips (default: all clips)",
     )
@@ -263,7 +263,7 @@ def _report(report: Parser) -> None:
         action="store_true",
         help="leave out the 3D pictures and the animated figure",
     )
-    report.set_defaults(run=deferred("report_command", "report_command"))
+    report.set_defaults(run=deferred_command("report_command", "report_command"))
 
 
 def _inject(inject: Parser) -> None:
@@ -271,14 +271,14 @@ def _inject(inject: Parser) -> None:
     add_output(inject)
     inject.add_argument(
         "--truth",
-        type=target,
+        type=parse_output_path,
         required=True,
         metavar="TRUTH.json",
         help="file for the list of injected errors, for `twistcore evaluate`",
     )
     inject.add_argument(
         "--seed",
-        type=seed,
+        type=parse_seed,
         required=True,
         metavar="N",
         help="seed of the random numbers; the same seed gives the same errors",
@@ -286,7 +286,7 @@ def _inject(inject: Parser) -> None:
     inject.add_argument("--protocol", default="P0", metavar="NAME", help=_PROTOCOL)
     inject.late = _with_protocols
     add_json(inject)
-    inject.set_defaults(run=deferred("study_commands", "inject_command"))
+    inject.set_defaults(run=deferred_command("study_commands", "inject_command"))
 
 
 def _evaluate(evaluate: Parser) -> None:
@@ -299,7 +299,7 @@ def _evaluate(evaluate: Parser) -> None:
             name, type=Path, required=True, nargs="+", metavar="FILE", help=help_text
         )
     add_json(evaluate)
-    evaluate.set_defaults(run=deferred("study_commands", "evaluate_command"))
+    evaluate.set_defaults(run=deferred_command("study_commands", "evaluate_command"))
 
 
 def _tune(tune: Parser) -> None:
@@ -309,12 +309,12 @@ def _tune(tune: Parser) -> None:
         metavar="FOLDER|CLIP",
         help="a folder of clips, or a clip; with --verdicts, a folder of clips and their sessions",
     )
-    add_output(tune, "profile to write; '-' is standard output", target, "PROFILE.toml")
+    add_output(tune, "profile to write; '-' is standard output", parse_output_path, "PROFILE.toml")
     add_method(tune)
     add_rig(tune)
     tune.add_argument(
         "--seeds",
-        type=limit,
+        type=parse_limit,
         metavar="N",
         help="number of random draws of errors for each clip; cannot be combined with "
         "--verdicts (default: 3)",
@@ -339,26 +339,26 @@ def _tune(tune: Parser) -> None:
     )
     tune.add_argument(
         "--alarm-price",
-        type=not_negative,
+        type=parse_non_negative_number,
         metavar="SHARE",
         help="share of the errors that may be missed to avoid one false alarm per clip "
         "(default: 0.05)",
     )
     tune.add_argument(
         "--smallest",
-        type=degrees,
+        type=parse_degrees,
         metavar="DEGREES",
         help="size of the smallest errors to look for (default: 2)",
     )
     tune.add_argument(
         "--workers",
-        type=workers,
+        type=parse_worker_count,
         default=os.cpu_count() or 1,
         metavar="N",
         help="number of processes (default: one for each core)",
     )
     add_json(tune)
-    tune.set_defaults(run=deferred("tune_command", "tune_command"))
+    tune.set_defaults(run=deferred_command("tune_command", "tune_command"))
 
 
 def _benchmark(benchmark: Parser) -> None:
@@ -380,7 +380,7 @@ def _benchmark(benchmark: Parser) -> None:
     add_detector_file(benchmark)
     benchmark.add_argument(
         "--seeds",
-        type=count,
+        type=parse_count,
         default=3,
         metavar="N",
         help="number of random draws of errors for each clip and protocol (default: %(default)s)",
@@ -390,17 +390,17 @@ def _benchmark(benchmark: Parser) -> None:
     benchmark.add_argument("--resume", action="store_true", help="continue an interrupted run")
     benchmark.add_argument(
         "--json",
-        type=target,
+        type=parse_output_path,
         metavar="FILE",
         help="also write the results into a JSON file (default: none)",
     )
     benchmark.add_argument(
         "--csv",
-        type=target,
+        type=parse_output_path,
         metavar="FILE",
         help="also write the results into a CSV table (default: none)",
     )
-    benchmark.set_defaults(run=deferred("benchmark_command", "benchmark_command"))
+    benchmark.set_defaults(run=deferred_command("benchmark_command", "benchmark_command"))
 
 
 def _with_protocols(inject: argparse.ArgumentParser) -> None:
@@ -426,7 +426,7 @@ def _export(parser: Parser) -> None:
         required=True,
         help="program that the script is for",
     )
-    add_output(parser, "script to write; '-' is standard output", target, "FILE.py")
+    add_output(parser, "script to write; '-' is standard output", parse_output_path, "FILE.py")
     parser.add_argument(
         "--namespace",
         metavar="NAME",
@@ -440,13 +440,13 @@ def _export(parser: Parser) -> None:
     )
     parser.add_argument(
         "--fps",
-        type=rate,
+        type=parse_frame_rate,
         metavar="HZ",
         help="frame rate of the scene (default: the clip's)",
     )
     parser.add_argument(
         "--start",
-        type=number,
+        type=parse_finite_number,
         metavar="N",
         help="frame of the scene at which the clip begins (default: 0, in Blender 1)",
     )
@@ -455,12 +455,12 @@ def _export(parser: Parser) -> None:
         action="store_true",
         help="write a script that only lists the keys that it would set",
     )
-    parser.set_defaults(run=deferred("export_command", "export_command"))
+    parser.set_defaults(run=deferred_command("export_command", "export_command"))
 
 
 def _completion(parser: Parser) -> None:
     parser.add_argument("shell", choices=SHELLS, help="the shell")
-    parser.set_defaults(run=deferred("completion", "completion_command"))
+    parser.set_defaults(run=deferred_command("completion", "completion_command"))
 
 
 def _help(parser: Parser) -> None:

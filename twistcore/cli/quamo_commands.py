@@ -12,30 +12,36 @@ from numpy.typing import NDArray
 
 from twistcore.analysis.clip_analysis import detect
 from twistcore.analysis.quality.figure import quality_before_and_after
-from twistcore.cli.interval_words import tell_jumps
-from twistcore.cli.output import count_of, note, refuse_overwrite, remark
-from twistcore.cli.quamo_words import SPLINE_WAY, cuts_as_text, how_words, lost_sentences, way_words
-from twistcore.detection.cuts import leading_frames
+from twistcore.cli.interval_words import print_channel_jumps
+from twistcore.cli.output import count_with_noun, print_note, print_remark, refuse_overwrite
+from twistcore.cli.quamo_words import (
+    SPLINE_WAY,
+    cuts_as_text,
+    tracking_lag_sentence,
+    tracking_loss_sentences,
+    tracking_method_text,
+)
+from twistcore.detection.cuts import count_leading_rest_frames
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import Clip, write_clip
-from twistcore.quamo.bursts import NoisySpan, burst_cutoff, noisy_spans, smooth_spans
+from twistcore.quamo.bursts import NoisySpan, noise_burst_cutoff, noisy_spans, smooth_spans
 from twistcore.quamo.network import read_network
 from twistcore.quamo.pose_files import is_pose_file
 from twistcore.quamo.poses_clip import read_poses
-from twistcore.quamo.spline import usual_cutoff
+from twistcore.quamo.spline import default_spline_cutoff
 from twistcore.quamo.state_space import Gains
 from twistcore.quamo.track_clip import (
-    check_place,
-    chosen_joints,
-    joints_of_24,
-    placed_joint,
+    check_position_trackable,
+    find_figure_position_joint,
+    select_network_joints,
+    select_writable_joints,
     smooth_clip,
-    track_by_hand,
-    track_learned,
+    track_with_hand_gains,
+    track_with_network,
     untracked_names,
 )
-from twistcore.quamo.weights import weights_file
+from twistcore.quamo.weights import default_network_path
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.motion import Motion
 
@@ -55,49 +61,51 @@ def quamo_refine_command(arguments: argparse.Namespace) -> int:
     unit = 1.0 if is_pose_file(arguments.clip) else arguments.unit  # poses are in metres
     spline = method == "spline"
     gains = None if spline else _hand_gains(arguments, motion.frame_time)
-    cutoff = arguments.cutoff or usual_cutoff(motion.frame_time)
+    cutoff = arguments.cutoff or default_spline_cutoff(motion.frame_time)
     try:
-        joints = chosen_joints(motion.skeleton, arguments.joints)
-        first, placed = leading_frames(motion), placed_joint(motion)
+        joints = select_writable_joints(motion.skeleton, arguments.joints)
+        first, placed = count_leading_rest_frames(motion), find_figure_position_joint(motion)
         if arguments.root_position:
-            check_place(motion)
+            check_position_trackable(motion)
         place = placed is not None and _wants_place(arguments, joints, placed)
         if spline:
             made = smooth_clip(motion, joints, cutoff, place=place, first=first)
         else:
             if gains is None:
-                network = read_network(arguments.weights or weights_file())
-                joints = joints_of_24(motion.skeleton, joints, strict=bool(arguments.joints))
-                track = partial(track_learned, network=network, unit=unit)
+                network = read_network(arguments.weights or default_network_path())
+                joints = select_network_joints(
+                    motion.skeleton, joints, strict=bool(arguments.joints)
+                )
+                track = partial(track_with_network, network=network, unit=unit)
             else:
-                track = partial(track_by_hand, gains=gains)
+                track = partial(track_with_hand_gains, gains=gains)
             found = track(motion, joints, causal=arguments.causal, place=place, first=first)
             made = found.motion
     except TwistError as error:
         raise TwistError(f"{arguments.clip}: {error}") from None
     _warn_of_twist(clip, joints.tolist())
-    tell_jumps(arguments.output, write_clip(clip, made, arguments.output))
+    print_channel_jumps(arguments.output, write_clip(clip, made, arguments.output))
     if not spline:
-        for lost in lost_sentences(found, motion.skeleton.names, causal=arguments.causal):
-            note(f"{arguments.clip}: {lost}")
+        for lost in tracking_loss_sentences(found, motion.skeleton.names, causal=arguments.causal):
+            print_note(f"{arguments.clip}: {lost}")
     name = motion.skeleton.names[placed] if placed is not None else ""
     smoothed = f"smoothed with a spline, cut-off {cutoff:.2g} Hz"
-    remark(
-        f"{arguments.output}: {count_of(len(joints), 'joint')}"
+    print_remark(
+        f"{arguments.output}: {count_with_noun(len(joints), 'joint')}"
         f"{f' and the position of {name}' if place else ''} "
-        f"{smoothed if spline else how_words(arguments.causal, gains)}"
+        f"{smoothed if spline else tracking_method_text(arguments.causal, gains)}"
     )
     turning, moving = untracked_names(motion, joints, placed if place else None)
     for names, what in ((() if arguments.joints else turning, ""), (moving, "the position of ")):
         if names:
             left = "was left unchanged" if len(names) == 1 else "were left unchanged"
-            remark(f"  {what}{_listed(names)} {left}")
-    way = way_words(arguments.causal, gains, motion.frame_time, place=place)
-    remark(f"  {SPLINE_WAY if spline else way}")
+            print_remark(f"  {what}{_listed(names)} {left}")
+    way = tracking_lag_sentence(arguments.causal, gains, motion.frame_time, place=place)
+    print_remark(f"  {SPLINE_WAY if spline else way}")
     if first:
-        remark(f"  frames before {first} are not captured motion and were left unchanged")
+        print_remark(f"  frames before {first} are not captured motion and were left unchanged")
     if not arguments.causal and (cut := cuts_as_text(motion, first)):
-        remark(f"  {cut}: motion is not smoothed across cuts")
+        print_remark(f"  {cut}: motion is not smoothed across cuts")
     _tell_quality(motion, made, first, unit)
     return 0
 
@@ -105,29 +113,30 @@ def quamo_refine_command(arguments: argparse.Namespace) -> int:
 def _smooth_bursts(arguments: argparse.Namespace, clip: Clip) -> int:
     """Smooth only the bursts of noise, write the clip, and return the exit code."""
     motion = clip.motion
-    cutoff = arguments.cutoff or burst_cutoff(motion.frame_time)
-    first, names = leading_frames(motion), motion.skeleton.names
+    cutoff = arguments.cutoff or noise_burst_cutoff(motion.frame_time)
+    first, names = count_leading_rest_frames(motion), motion.skeleton.names
     try:
-        able = set(chosen_joints(motion.skeleton, arguments.joints).tolist())
+        able = set(select_writable_joints(motion.skeleton, arguments.joints).tolist())
         spans = tuple(span for span in noisy_spans(motion) if span.joint in able)
         made = smooth_spans(motion, spans, cutoff, first=first)
     except TwistError as error:
         raise TwistError(f"{arguments.clip}: {error}") from None
     joints = sorted({span.joint for span in spans})
     _warn_of_twist(clip, joints, spans)
-    tell_jumps(arguments.output, write_clip(clip, made, arguments.output))
+    print_channel_jumps(arguments.output, write_clip(clip, made, arguments.output))
     if not spans:
-        remark(f"{arguments.output}: no burst of noise was found, so nothing was changed")
+        print_remark(f"{arguments.output}: no burst of noise was found, so nothing was changed")
         return 0
     bursts: dict[tuple[int, int], list[str]] = {}
     for span in spans:
         bursts.setdefault((span.start, span.stop), []).append(names[span.joint])
-    remark(
-        f"{arguments.output}: {count_of(len(bursts), 'burst')} of noise smoothed with a spline, "
+    print_remark(
+        f"{arguments.output}: {count_with_noun(len(bursts), 'burst')} of noise smoothed with a "
+        "spline, "
         f"cut-off {cutoff:.2g} Hz; nothing else was changed"
     )
     for (start, stop), own in bursts.items():
-        remark(f"  frames {start}–{stop}: {_listed(own)}")
+        print_remark(f"  frames {start}–{stop}: {_listed(own)}")
     unit = 1.0 if is_pose_file(arguments.clip) else arguments.unit
     _tell_quality(motion, made, first, unit)
     return 0
@@ -142,7 +151,7 @@ def _tell_quality(motion: Motion, made: Motion, first: int, unit: float | None) 
     given, made = (m.sliced(first, m.frames) for m in (motion, made))
     if measured := quality_before_and_after(given, made, unit):
         before, after = measured
-        remark(
+        print_remark(
             f"  jitter {before.jitter:.2f} → {after.jitter:.2f} mm/frame³ at 25 Hz, foot slide "
             f"{before.foot_slide:.1f} → {after.foot_slide:.1f} %, deviation from the input "
             f"{after.deviation:.1f} mm (not an error: there is no ground truth)"
@@ -160,7 +169,7 @@ def _read(arguments: argparse.Namespace) -> Clip:
             person=arguments.person,
         )
         for warning in clip.warnings:
-            note(f"{arguments.clip}: {warning}")
+            print_note(f"{arguments.clip}: {warning}")
         return clip
     for name in ("template", "up", "person"):
         if getattr(arguments, name) is not None:
@@ -249,8 +258,9 @@ def _warn_of_twist(clip: Clip, joints: Sequence[int], spans: Sequence[NoisySpan]
         not spans or any(found.start < edge < found.stop for edge in edges)
         for found in detect(clip, chains)
     ):
-        note(
-            f"{clip.path}: these joints have {count_of(count, 'interval')} with twist errors; "
+        print_note(
+            f"{clip.path}: these joints have {count_with_noun(count, 'interval')} with twist "
+            "errors; "
             "tracking would smear their edges without removing them, so run detect and refine "
             "first"
         )

@@ -11,28 +11,28 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from twistcore.cli.interval_words import tell_jumps
+from twistcore.cli.interval_words import print_channel_jumps
 from twistcore.cli.output import (
-    note,
     print_json,
-    progress,
+    print_note,
+    print_progress,
+    print_remark,
+    print_result_lines,
     refuse_overwrite,
-    remark,
-    say_all,
-    tell_problems,
+    report_problems,
 )
-from twistcore.detection.cuts import leading_frames
+from twistcore.detection.cuts import count_leading_rest_frames
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
 from twistcore.quamo.network import VARIANTS, Network, read_network, write_network
-from twistcore.quamo.resample import resampled, sample_times
-from twistcore.quamo.topology import find_topology, metres_per_unit, places_24
-from twistcore.quamo.weights import FINAL, WEIGHTS, weights_name
-from twistcore.study.quamo.noise import LEVELS, Noise, add_noise
+from twistcore.quamo.resample import interpolate_poses_at_times, network_sample_times
+from twistcore.quamo.topology import find_network_joints, metres_per_unit, smpl_joint_positions
+from twistcore.quamo.weights import FINAL, WEIGHTS, network_weights_name
+from twistcore.study.quamo.noise import LEVELS, Noise, add_pose_noise
 from twistcore.study.quamo.pose_errors import pose_metrics
-from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_folder
-from twistcore.synthesis import generator
+from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_sequence_folder
+from twistcore.synthesis import clip_random_generator
 
 
 def quamo_noise_command(arguments: argparse.Namespace) -> int:
@@ -41,29 +41,31 @@ def quamo_noise_command(arguments: argparse.Namespace) -> int:
     refuse_overwrite([arguments.output], [arguments.clip])
     motion = clip.motion
     try:
-        topology = find_topology(motion.skeleton)
+        topology = find_network_joints(motion.skeleton)
         unit = metres_per_unit(motion.skeleton, arguments.unit)
         if motion.positioned != (int(topology.joints[0]),):
             raise TwistError("expected only the root to have position channels")
     except TwistError as error:
         raise TwistError(f"{arguments.clip}: {error}") from None
-    first = leading_frames(motion)
+    first = count_leading_rest_frames(motion)
     part = motion.sliced(first, motion.frames)
     q, r = topology.reduced(part.rotations), part.positions[:, 0]
     wanted = Noise(LEVELS[arguments.level], arguments.systematic, arguments.bursts)
-    rng = generator(arguments.seed, arguments.clip.name)
-    q_hat, r_hat = add_noise(q, r, wanted, rng, unit=unit, dt=motion.frame_time)
+    rng = clip_random_generator(arguments.seed, arguments.clip.name)
+    q_hat, r_hat = add_pose_noise(q, r, wanted, rng, unit=unit, dt=motion.frame_time)
     rotations, positions = motion.rotations.copy(), motion.positions.copy()
     rotations[first:] = topology.restored(q_hat, part.rotations)
     positions[first:, 0] = r_hat
     dirty = replace(motion, rotations=rotations, positions=positions)
-    times = sample_times(len(q), motion.frame_time)
+    times = network_sample_times(len(q), motion.frame_time)
     found, truth = (
-        1000.0 * unit * places_24(topology.offsets, *resampled(a, b, times))
+        1000.0
+        * unit
+        * smpl_joint_positions(topology.offsets, *interpolate_poses_at_times(a, b, times))
         for a, b in ((q_hat, r_hat), (q, r))
     )
     measured = pose_metrics(found, truth)
-    tell_jumps(arguments.output, write_clip(clip, dirty, arguments.output))
+    print_channel_jumps(arguments.output, write_clip(clip, dirty, arguments.output))
     if arguments.json:
         print_json(
             {
@@ -76,7 +78,7 @@ def quamo_noise_command(arguments: argparse.Namespace) -> int:
             }
         )
         return 0
-    remark(
+    print_remark(
         f"{arguments.output}: synthetic noise, level {arguments.level}, seed {arguments.seed}: "
         f"MPJPE {measured.mpjpe:.1f} mm, Accel {measured.accel:.1f} mm/frame² at 25 Hz"
     )
@@ -98,8 +100,8 @@ def quamo_ablation_command(arguments: argparse.Namespace) -> int:
 
 
 def _report(arguments: argparse.Namespace, make: Any, variants: Sequence[str]) -> int:
-    clips, problems = read_folder(arguments.folder)
-    code = tell_problems(problems, len(clips))
+    clips, problems = read_sequence_folder(arguments.folder)
+    code = report_problems(problems, len(clips))
     sequences = tuple(s for s in clips if s.subject in HELD_OUT)
     if not sequences:
         raise TwistError(
@@ -109,17 +111,18 @@ def _report(arguments: argparse.Namespace, make: Any, variants: Sequence[str]) -
     weights = arguments.weights or WEIGHTS
     networks = {v: _held_out_networks(weights, v, sequences) for v in variants}
     if not any(networks.values()):
-        note(
+        print_note(
             f"{weights} contains no network for a held-out subject, so the table has no row for "
             "learned gains; set --weights to a folder with files such as "
-            f"{weights_name('full', HELD_OUT[0])} (included only in the source, in assets/quamo)"
+            f"{network_weights_name('full', HELD_OUT[0])} (included only in the source, in "
+            "assets/quamo)"
         )
     seeds = range(arguments.seed, arguments.seed + arguments.seeds)
-    report = make(sequences, networks, seeds, progress)
+    report = make(sequences, networks, seeds, print_progress)
     if arguments.json:
         print_json(report.document)
     else:
-        say_all(report.markdown)
+        print_result_lines(report.markdown)
     return code
 
 
@@ -128,7 +131,7 @@ def _held_out_networks(
 ) -> Mapping[str, Network]:
     """Return the networks in a folder, keyed by the subject that was held out in training."""
     subjects = sorted({s.subject for s in sequences})
-    paths = {s: folder / weights_name(variant, s) for s in subjects}
+    paths = {s: folder / network_weights_name(variant, s) for s in subjects}
     return {s: read_network(p) for s, p in paths.items() if p.exists()}
 
 
@@ -137,8 +140,8 @@ def quamo_train_command(arguments: argparse.Namespace) -> int:
     from twistcore.study.quamo import training
     from twistcore.study.quamo.torch_model import import_torch
 
-    sequences, problems = read_folder(arguments.folder)
-    code = tell_problems(problems, len(sequences))
+    sequences, problems = read_sequence_folder(arguments.folder)
+    code = report_problems(problems, len(sequences))
     if not sequences:
         return code
     subjects = arguments.hold_out or [*HELD_OUT, FINAL]
@@ -158,9 +161,9 @@ def quamo_train_command(arguments: argparse.Namespace) -> int:
     import_torch()
     arguments.output.mkdir(parents=True, exist_ok=True)
     for subject in subjects:
-        path = arguments.output / weights_name(arguments.variant, subject, arguments.seed)
+        path = arguments.output / network_weights_name(arguments.variant, subject, arguments.seed)
         if path.exists():
-            note(f"{path}: already exists; skipped")
+            print_note(f"{path}: already exists; skipped")
             continue
         used = [s for s in sequences if s.subject != subject]
         begin = time.perf_counter()
@@ -174,9 +177,9 @@ def quamo_train_command(arguments: argparse.Namespace) -> int:
         minutes = (time.perf_counter() - begin) / 60.0
         made_of = json.dumps({"clips": [s.name for s in used], "settings": vars(settings)})
         write_network(replace(network, note=made_of), path)
-        remark(f"{path}: {len(used)} clips, {settings.epochs} epochs, {minutes:.1f} minutes")
+        print_remark(f"{path}: {len(used)} clips, {settings.epochs} epochs, {minutes:.1f} minutes")
     return code
 
 
 def _progress_of_clip(name: str, sentence: str) -> None:
-    progress(f"{name}: {sentence}")
+    print_progress(f"{name}: {sentence}")

@@ -5,13 +5,18 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from twistcore.cli.clip_inputs import tell_clip
-from twistcore.cli.output import count_of, counter, remark, tell_problems
+from twistcore.cli.clip_inputs import print_clip_notes
+from twistcore.cli.output import (
+    clip_progress_printer,
+    count_with_noun,
+    print_remark,
+    report_problems,
+)
 from twistcore.errors import TwistError
-from twistcore.export.replay import accepted_motion, chains_of
-from twistcore.files.ordinary import is_there
-from twistcore.formats.reading import file_prefix, read_clip
-from twistcore.report.clip_report import check_report, write_clip_report
+from twistcore.export.replay import accepted_motion, session_chains
+from twistcore.files.ordinary import path_exists
+from twistcore.formats.reading import companion_file_prefix, read_clip
+from twistcore.report.clip_report import check_report_replaceable, write_clip_report
 from twistcore.report.document import Report
 from twistcore.report.folder_report import write_folder_report
 from twistcore.review import read_session
@@ -19,7 +24,7 @@ from twistcore.review import read_session
 
 def report_command(arguments: argparse.Namespace) -> int:
     """Write the report and return the exit code, which is 1 if a clip can no longer be read."""
-    if is_there(arguments.output) and not arguments.output.is_dir():
+    if path_exists(arguments.output) and not arguments.output.is_dir():
         raise TwistError(f"{arguments.output} is a file; choose a folder for the report")
     if arguments.what.is_dir():
         if arguments.clip:
@@ -39,22 +44,22 @@ def _of_folder(arguments: argparse.Namespace) -> int:
         pictures=not arguments.no_pictures,
         play=arguments.play,
         most_pages=arguments.pages,
-        counter=counter,
+        counter=clip_progress_printer,
     )
-    remark(f"{written.index}: {count_of(written.pages, 'page')} of clips")
-    return tell_problems(written.problems, done=1)
+    print_remark(f"{written.index}: {count_with_noun(written.pages, 'page')} of clips")
+    return report_problems(written.problems, done=1)
 
 
 def _of_session(arguments: argparse.Namespace) -> int:
     session = read_session(arguments.what)
     clip = read_clip(arguments.clip or Path(session.clip), fps=session.fps)
-    tell_clip(clip.path, clip)
-    chains = chains_of(session, clip)
-    name = file_prefix(clip.path)
-    check_report(arguments.output, name, clip)
+    print_clip_notes(clip.path, clip)
+    chains = session_chains(session, clip)
+    name = companion_file_prefix(clip.path)
+    check_report_replaceable(arguments.output, name, clip)
     refined = accepted_motion(clip, chains, session.state)
     made = Report(clip, chains, session.state, refined, name)
     drawn = not arguments.no_pictures
     page, *_ = write_clip_report(arguments.output, made, pictures=drawn, play=drawn)
-    remark(f"{page}: {len(session.state.intervals)} intervals")
+    print_remark(f"{page}: {len(session.state.intervals)} intervals")
     return 0

@@ -13,18 +13,28 @@ import numpy as np
 
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.cli.clip_inputs import (
-    analysed,
-    clip_name,
-    failed_to_json,
-    open_clip,
+    analyse_with_options,
+    clip_name_for_messages,
+    failed_clips_to_json,
+    print_clip_notes,
+    read_clip_or_stdin,
     run_on_clips,
-    tell_clip,
 )
-from twistcore.cli.interval_words import not_examined, note_sentences, unexamined_to_json
-from twistcore.cli.output import note, print_json, refuse_overwrite, step, tell_problems
+from twistcore.cli.interval_words import (
+    note_sentences,
+    nothing_examined_sentence,
+    unexamined_to_json,
+)
+from twistcore.cli.output import (
+    print_json,
+    print_note,
+    print_step_duration,
+    refuse_overwrite,
+    report_problems,
+)
 from twistcore.errors import TwistError
 from twistcore.files.atomic import write_atomically
-from twistcore.files.encoding import csv_lines, encoded
+from twistcore.files.encoding import csv_lines, encode_utf8
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.rotation import Array
 from twistcore.skeleton.signals import TwistSignals
@@ -64,31 +74,33 @@ def signals_command(arguments: argparse.Namespace) -> int:
         refuse_overwrite([arguments.csv], [*arguments.clips, *rig])
     found, failed = run_on_clips(arguments.clips, partial(_signals, arguments))
     if found and arguments.csv:
-        with step(f"  {arguments.csv}: written"):
+        with print_step_duration(f"  {arguments.csv}: written"):
             several = len(arguments.clips) > 1
-            write_atomically(arguments.csv, encoded(_table(found, several=several)))
+            write_atomically(arguments.csv, encode_utf8(_table(found, several=several)))
     if found and arguments.json:
         clips = [_to_json(name, analysis, columns) for name, analysis, columns in found]
         document = {"schema": "twistcore.signals/1", "clips": clips}
-        print_json(document | {"failed": failed_to_json(failed)})
-    blind = [sentence for name, one, _ in found for sentence in not_examined(name, one)]
+        print_json(document | {"failed": failed_clips_to_json(failed)})
+    blind = [
+        sentence for name, one, _ in found for sentence in nothing_examined_sentence(name, one)
+    ]
     for name, analysis, _ in found:
         for sentence in note_sentences(name, analysis):
-            note(sentence)
-    return tell_problems([*blind, *(why for _, why in failed)], len(found))
+            print_note(sentence)
+    return report_problems([*blind, *(why for _, why in failed)], len(found))
 
 
 def _signals(arguments: argparse.Namespace, path: Path) -> _Signals:
-    clip = open_clip(path, fps=arguments.fps)
-    tell_clip(clip_name(path), clip)
-    analysis = analysed(arguments, clip)
+    clip = read_clip_or_stdin(path, fps=arguments.fps)
+    print_clip_notes(clip_name_for_messages(path), clip)
+    analysis = analyse_with_options(arguments, clip)
     for name in arguments.chain or ():
         if isinstance(analysis.chain(name), Limb):
             raise TwistError(
-                f"{clip_name(path)}: {name} is a limb, but only chains have signals; "
+                f"{clip_name_for_messages(path)}: {name} is a limb, but only chains have signals; "
                 "choose a chain with --chain"
             )
-    return _Signals(clip_name(path), analysis, _columns(analysis, arguments.method))
+    return _Signals(clip_name_for_messages(path), analysis, _columns(analysis, arguments.method))
 
 
 def _columns(analysis: ClipAnalysis, method: str | None) -> dict[str, dict[str, Array]]:

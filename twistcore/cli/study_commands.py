@@ -12,34 +12,34 @@ from pathlib import Path
 
 from twistcore.cli.output import (
     print_json,
-    problem,
+    print_problem,
+    print_remark,
+    print_result_lines,
     refuse_overwrite,
-    remark,
-    say_all,
-    tell_problems,
+    report_problems,
 )
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.formats.bvh import decimated, parse_bvh, read_bvh
-from twistcore.formats.clip import rewritten, write_clip
+from twistcore.formats.clip import patch_clip, write_clip
 from twistcore.skeleton.chain import Chain, find_chains, uncorrectable_joints
 from twistcore.skeleton.limb import find_limbs
 from twistcore.study.evaluation import (
     Sample,
     evaluation_to_json,
     evaluation_to_text,
-    measure_clip,
-    summarise,
+    measure_corrected_clip,
+    summarise_samples,
 )
 from twistcore.synthesis import (
     Truth,
+    add_counterpart_twist,
+    apply_protocol_options,
+    clip_random_generator,
     draw_errors,
     draw_targets,
-    enrich,
-    generator,
     inject,
-    last_chains,
+    last_limb_chains,
     parse_protocol,
-    prepare,
     read_truth,
     write_truth,
 )
@@ -53,18 +53,18 @@ def inject_command(arguments: argparse.Namespace) -> int:
     every = find_chains(clip.motion)
     among: Sequence[Chain] = find_limbs(clip.motion, every) if protocol.limb else every
     if protocol.single:
-        among = last_chains(clip.motion.skeleton, every)
+        among = last_limb_chains(clip.motion.skeleton, every)
     free = [c for c in among if not uncorrectable_joints(clip.motion, c)]
     if not free:
         what = "a limb for a flip" if protocol.limb else "a chain for a twist error"
         raise TwistError(f"{arguments.clip}: expected {what}, found none that can be changed")
     if protocol.rich:
         chains = [c for c in every if not uncorrectable_joints(clip.motion, c)]
-        rich = enrich(clip.motion, chains)
-        clip = parse_bvh(rewritten(clip, rich).data, clip.path)
+        rich = add_counterpart_twist(clip.motion, chains)
+        clip = parse_bvh(patch_clip(clip, rich).data, clip.path)
     clip = decimated(clip, protocol.step)
     motion = clip.motion
-    rng = generator(arguments.seed, arguments.clip.name)
+    rng = clip_random_generator(arguments.seed, arguments.clip.name)
     targets = draw_targets(free, rng, protocol)
     errors = draw_errors(motion, targets, rng, protocol)
     write_clip(clip, inject(motion, free, errors), arguments.output)
@@ -74,7 +74,7 @@ def inject_command(arguments: argparse.Namespace) -> int:
     write_truth(arguments.truth, truth)
     names = sorted({e.chain for e in errors})
     where = ", ".join(names) or ("no limb" if protocol.limb else "no chain")
-    remark(
+    print_remark(
         f"{arguments.output}: {len(errors)} errors in {where}, protocol {protocol.name}, "
         f"seed {arguments.seed}"
     )
@@ -94,7 +94,7 @@ def inject_command(arguments: argparse.Namespace) -> int:
             }
         )
     if not errors and not protocol.clean:
-        problem(f"{arguments.clip} is too short for an error")
+        print_problem(f"{arguments.clip} is too short for an error")
         return 1
     return 0
 
@@ -110,22 +110,22 @@ def evaluate_command(arguments: argparse.Namespace) -> int:
             samples.append(_measured(*files))
         except TwistError as error:
             problems.append(str(error))
-    code = tell_problems(problems, len(samples))
+    code = report_problems(problems, len(samples))
     if not samples:
         return code
-    table = summarise(samples)
+    table = summarise_samples(samples)
     if arguments.json:
         print_json(evaluation_to_json(table))
     else:
-        say_all(evaluation_to_text(table))
+        print_result_lines(evaluation_to_text(table))
     return code
 
 
 def _measured(truth: Path, clean: Path, refined: Path) -> Sample:
     source, known = read_bvh(clean).motion, read_truth(truth)
     chains = find_chains(source)
-    base = prepare(source, chains, parse_protocol(known.protocol))
+    base = apply_protocol_options(source, chains, parse_protocol(known.protocol))
     try:
-        return measure_clip(known, base, read_bvh(refined).motion, chains)
+        return measure_corrected_clip(known, base, read_bvh(refined).motion, chains)
     except ClipMismatchError as error:
         raise ClipMismatchError(f"{refined}: {error}") from None

@@ -9,30 +9,36 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from twistcore.cli.clip_inputs import chosen_words
+from twistcore.cli.clip_inputs import chosen_joint_names
 from twistcore.cli.output import (
     print_json,
-    progress,
+    print_progress,
+    print_result,
     refuse_overwrite,
-    say,
-    tell_problems,
+    report_problems,
     terminal_text,
 )
 from twistcore.detection import DETECTORS
 from twistcore.errors import TwistError
 from twistcore.export.exported_clips import without_exports
-from twistcore.files.ordinary import is_there
-from twistcore.formats.clip_files import clips_in
+from twistcore.files.ordinary import path_exists
+from twistcore.formats.clip_files import clip_paths_in_folder
 from twistcore.skeleton.rig import AS_FOUND, Rig, read_rig
-from twistcore.tuning import TauCurve, clip_curves, cost_of_all, tuned, write_profile
+from twistcore.tuning import (
+    TauCurve,
+    clip_tau_curves,
+    tau_with_cost,
+    total_tuning_cost,
+    write_profile,
+)
 from twistcore.tuning.common_tau import common_tau
-from twistcore.tuning.cost_words import fsr_words
+from twistcore.tuning.cost_words import format_repaired_share
 from twistcore.tuning.folder_sessions import FolderSessions, sessions_in
 from twistcore.tuning.learned_profile import LearnedProfile, learned_profile
 from twistcore.tuning.tau_curve import ALARM_PRICE, SMALLEST_ERROR
 from twistcore.tuning.verdict_curve import ENOUGH_ERRORS, verdict_curve
 from twistcore.tuning.verdicts_of import JudgedClip, count_verdicts, read_judged_clip
-from twistcore.work.processes import each, reason
+from twistcore.work.processes import describe_failure, map_in_processes
 
 _SEEDS = 3  # number of random draws of errors
 _ALL = "all chains"
@@ -51,7 +57,7 @@ def _by_injection(arguments: argparse.Namespace) -> int:
         raise TwistError(
             "--performer requires --verdicts, because injected errors have no performer"
         )
-    paths = without_exports(clips_in(source)) if source.is_dir() else [source]
+    paths = without_exports(clip_paths_in_folder(source)) if source.is_dir() else [source]
     if not paths:
         raise TwistError(f"{source}: expected a clip or a folder with clips")
     sessions = FolderSessions({}, ())
@@ -67,7 +73,7 @@ def _by_injection(arguments: argparse.Namespace) -> int:
         [m for m in sorted(DETECTORS.ready()) if m != arguments.method] if arguments.both else []
     )
     methods = arguments.method, *others
-    words = chosen_words(arguments)
+    words = chosen_joint_names(arguments)
     work = partial(
         _curves, methods=methods, seeds=seeds, rig=rig, sessions=sessions.of, words=words
     )
@@ -75,22 +81,22 @@ def _by_injection(arguments: argparse.Namespace) -> int:
     # A clip with a damaged session is left out, since its chains are unknown.
     mute = {one.clip for one in sessions.damaged} - sessions.of.keys()
     paths = [path for path in paths if path not in mute]
-    for path, result in each(work, paths, arguments.workers):
+    for path, result in map_in_processes(work, paths, arguments.workers):
         if isinstance(result, Exception):
-            problems.append(reason(path, result))
+            problems.append(describe_failure(path, result))
         elif not result[arguments.method]:
             problems.append(f"{path} has no chain for which τ can be tuned")
         else:
             found[path] = result
             with_session = ", with its session" * (path in sessions.of)
-            progress(f"{path.name}: done{with_session}")
-    code = tell_problems(problems, len(found))
+            print_progress(f"{path.name}: done{with_session}")
+    code = report_problems(problems, len(found))
     if not found:
         return code
     # The order of the clips must not depend on which process finished first.
     together = {m: _together(found[path][m] for path in sorted(found)) for m in methods}
     curves, wanted = together[arguments.method], _price_and_smallest(arguments)
-    profile = {name: tuned(c, c.suggested(*wanted)) for name, c in curves.items()}
+    profile = {name: tau_with_cost(c, c.suggested(*wanted)) for name, c in curves.items()}
     write_profile(arguments.output, profile, source.name, arguments.method)
     minutes = sum(_minutes(clip[arguments.method]) for clip in found.values())
     both = _of_both(together, minutes, wanted) if arguments.both else _of_one(curves, wanted)
@@ -99,7 +105,7 @@ def _by_injection(arguments: argparse.Namespace) -> int:
         print_json(_tuned_to_json(arguments, together, wanted, given))
         return code
     for line in both:
-        say(line.text, head=line.head)
+        print_result(line.text, head=line.head)
     return code
 
 
@@ -158,7 +164,7 @@ def _sessions_next_to(source: Path, paths: Sequence[Path]) -> FolderSessions:
         {clip: session for clip, session in there.of.items() if clip in paths},
         tuple(one for one in there.damaged if one.clip in (*paths, folder)),
     )
-    if is_there(source) and not own.files:
+    if path_exists(source) and not own.files:
         raise TwistError(f"{source}: expected clips with sessions next to them, found none")
     return own
 
@@ -172,7 +178,7 @@ def _curves(
     words: Mapping[str, Any] | None,
 ) -> dict[str, ByChain]:
     """Return the τ curves of a clip for each detector, measured with the same injected errors."""
-    return {m: clip_curves(path, m, seeds, rig, sessions.get(path), words) for m in methods}
+    return {m: clip_tau_curves(path, m, seeds, rig, sessions.get(path), words) for m in methods}
 
 
 def _together(clips: Iterable[ByChain]) -> ByChain:
@@ -204,7 +210,7 @@ def _of_one(curves: ByChain, wanted: tuple[float, float]) -> Iterator[_Line]:
         cost, noise = curve.cost(tau), math.degrees(curve.floor)
         yield _Line(
             f"{terminal_text(name):<{width}} {math.degrees(tau):>8.2f}° {noise:>8.3f}° "
-            f"{fsr_words(cost, 2):>20} {cost.rate:>17.2f}"
+            f"{format_repaired_share(cost, 2):>20} {cost.rate:>17.2f}"
         )
 
 
@@ -232,9 +238,9 @@ def _of_both(
                     for n, c in together[m].items()
                     if name in (n, _ALL)
                 ]
-                cost = cost_of_all(chosen, minutes if name == _ALL else None)
+                cost = total_tuning_cost(chosen, minutes if name == _ALL else None)
                 tau = "" if name == _ALL else f"{math.degrees(chosen[0][1]):.2f}°"
-                line += f"{tau:>8}{fsr_words(cost, unit=''):>18}{cost.rate:>12.2f}    "
+                line += f"{tau:>8}{format_repaired_share(cost, unit=''):>18}{cost.rate:>12.2f}    "
             yield _Line(line.rstrip())
 
 
@@ -279,9 +285,9 @@ def _by_verdicts(arguments: argparse.Namespace) -> int:
         raise TwistError(f"{folder}: expected clips with sessions next to them, found none")
     refuse_overwrite([arguments.output], [*pairs, *there.files])
     clips: list[JudgedClip] = []
-    for clip, result in each(partial(_judged, pairs), sorted(pairs), arguments.workers):
+    for clip, result in map_in_processes(partial(_judged, pairs), sorted(pairs), arguments.workers):
         if isinstance(result, Exception):
-            problems.append(reason(clip, result))
+            problems.append(describe_failure(clip, result))
         elif result.method != arguments.method:
             problems.append(
                 f"{clip} was judged with the detector {result.method}; choose this detector "
@@ -291,7 +297,7 @@ def _by_verdicts(arguments: argparse.Namespace) -> int:
             clips.append(result)
     if not clips and not problems:
         raise TwistError(f"{folder}: no session has the performer {arguments.performer!r}")
-    code = tell_problems(problems, len(clips))
+    code = report_problems(problems, len(clips))
     if not clips:
         return code
     return _tell(arguments, sorted(clips, key=lambda c: c.name), problems) or code
@@ -335,19 +341,21 @@ def _tell(
             }
         )
         return 0
-    say(f"{errors} accepted and {natural} rejected intervals in {len(clips)} clips")
+    print_result(f"{errors} accepted and {natural} rejected intervals in {len(clips)} clips")
     width = max([20, *(len(terminal_text(name)) for name in learnt.profile.tau)])
-    say(f"{'chain':<{width}} {'τ':>8} {'accepted':>9} {'rejected':>9}   between", head=True)
+    print_result(
+        f"{'chain':<{width}} {'τ':>8} {'accepted':>9} {'rejected':>9}   between", head=True
+    )
     for name, tau in learnt.profile.tau.items():
         r = learnt.reasons[name]
         between = "" if math.isnan(r.low) else f"   {r.low:.2f}–{r.high:.2f}°"
         own = "   its own" if name in learnt.apart else ""
-        say(
+        print_result(
             f"{terminal_text(name):<{width}} {math.degrees(tau):>7.2f}° {r.accepted:>9d} "
             f"{r.rejected:>9d}{between}{own}"
         )
     for sentence in sentences:
-        say(sentence)
+        print_result(sentence)
     return 0
 
 

@@ -12,9 +12,16 @@ import time
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 
-from twistcore.batch.inputs import Inputs, Source, find_inputs
-from twistcore.cli.batch_command import own_folder_of, prepared_batch
-from twistcore.cli.output import Voice, count_of, note, problem, progress, speaking
+from twistcore.batch.inputs import Inputs, Source, find_input_clips
+from twistcore.cli.batch_command import local_output_folder, prepare_batch_processing
+from twistcore.cli.output import (
+    Voice,
+    count_with_noun,
+    print_note,
+    print_problem,
+    print_progress,
+    use_output_voice,
+)
 from twistcore.errors import TwistError
 from twistcore.work.frozen import dataclass
 
@@ -48,7 +55,7 @@ class Look:
     news: bool
 
 
-def look_again(
+def compare_watched_clips(
     found: Iterable[Source], before: Mapping[str, str], done: Mapping[str, Source]
 ) -> Look:
     """Compare the clips in a folder with those listed before and with the processed clips.
@@ -75,7 +82,7 @@ class _Watch:
 
     def __init__(self, arguments: argparse.Namespace) -> None:
         self.arguments = arguments
-        self.process: Callable[..., tuple[int, bool]] = prepared_batch(arguments)
+        self.process: Callable[..., tuple[int, bool]] = prepare_batch_processing(arguments)
         self.before: dict[str, str] = {}
         self.done: dict[str, Source] = {}
         self.listed: frozenset[str] = frozenset()  # problems and notes since the latest results
@@ -85,7 +92,7 @@ class _Watch:
     def run(self) -> int:
         once, idle = self.arguments.once, self.arguments.idle
         if not once:
-            progress(f"watching {self.arguments.folder}; stop with Ctrl+C")
+            print_progress(f"watching {self.arguments.folder}; stop with Ctrl+C")
         while self.looks < 2 or idle is None or time.monotonic() - self.active < idle:
             try:
                 time.sleep(self.pause)
@@ -102,7 +109,9 @@ class _Watch:
                 return self.code
             if last:
                 for source in look.growing:
-                    problem(f"{source.name}: still being written, so it was left for the next run")
+                    print_problem(
+                        f"{source.name}: still being written, so it was left for the next run"
+                    )
                 return max(self.code, int(bool(look.growing)))
         return self.code
 
@@ -111,8 +120,10 @@ class _Watch:
         folder = self.arguments.folder.absolute()
         if not folder.is_dir():
             raise TwistError(f"{self.arguments.folder}: expected a folder")
-        inputs = find_inputs([str(folder)], without=own_folder_of(self.arguments), may_be_none=True)
-        look = look_again(inputs.sources, self.before, self.done)
+        inputs = find_input_clips(
+            [str(folder)], without=local_output_folder(self.arguments), may_be_none=True
+        )
+        look = compare_watched_clips(inputs.sources, self.before, self.done)
         self.before = {source.path: source.signature for source in inputs.sources}
         self.looks += 1
         self.pause = max(self.pause, _SHARE * (time.monotonic() - begin))
@@ -122,12 +133,13 @@ class _Watch:
         """Process new and changed clips, and update the results. Return True if it ended early."""
         voice = self._voice()
         try:
-            with speaking(voice):
+            with use_output_voice(voice):
                 if look.gone:
                     gone = (
-                        f"{count_of(len(look.gone), 'clip')} removed, such as {look.gone[0].name}"
+                        f"{count_with_noun(len(look.gone), 'clip')} removed, such as "
+                        f"{look.gone[0].name}"
                     )
-                    note(f"{gone}; the results are kept")
+                    print_note(f"{gone}; the results are kept")
                 found = replace(inputs, sources=look.still, problems=())
                 code, ended = self.process(found, all_pages=not self.rounds)
         except TwistError as error:  # such as another run that writes into the same folder
@@ -148,8 +160,8 @@ class _Watch:
         if self.arguments.once or not later:
             raise error
         voice = self._voice()
-        with speaking(voice):
-            problem(" ".join(str(error).splitlines()))
+        with use_output_voice(voice):
+            print_problem(" ".join(str(error).splitlines()))
         self.listed |= voice.listed
 
     def _voice(self) -> Voice:

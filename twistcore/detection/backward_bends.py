@@ -16,11 +16,11 @@ import numpy as np
 from twistcore.detection.all_joints.finders import find_joint_jumps, find_spikes
 from twistcore.detection.all_joints.joint_steps import StepLimits
 from twistcore.detection.capture_faults import find_bursts
-from twistcore.detection.evidence import ChainSignals, usual_side
+from twistcore.detection.evidence import ChainSignals, usual_bend_side
 from twistcore.detection.finding import Found, KindSearch
 from twistcore.detection.interval import Interval, Kind, open_interval
 from twistcore.detection.lone_jumps import chain_of_joint, find_lone_jumps
-from twistcore.detection.runs import runs
+from twistcore.detection.runs import runs_of_true
 from twistcore.detection.stretches import find_stretches
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
@@ -71,7 +71,7 @@ class Hinge:
         `shortest` frames.
         """
         back = -self.flexion
-        for start, stop in runs(back > self.extended + 0.5 * (self.limit - self.extended)):
+        for start, stop in runs_of_true(back > self.extended + 0.5 * (self.limit - self.extended)):
             if (back[start:stop] > self.limit).sum() >= shortest:
                 yield start, stop, float(back[start:stop].max())
 
@@ -81,7 +81,7 @@ def hinge_of(signals: ChainSignals) -> Hinge | None:
 
     The result is None if the clip does not show to which side the joint bends.
     """
-    side = usual_side(signals, np.zeros(signals.frames, dtype=bool))
+    side = usual_bend_side(signals, np.zeros(signals.frames, dtype=bool))
     if side is None:
         return None
     bend, off = np.radians(signals.bend), np.radians(side.off)

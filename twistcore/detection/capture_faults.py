@@ -7,11 +7,11 @@ from collections.abc import Iterable, Sequence
 
 from twistcore.detection.all_joints.body_steps import BodyStep
 from twistcore.detection.finding import Found, KindSearch
-from twistcore.detection.frozen_frames import frozen_spans, limb_of
+from twistcore.detection.frozen_frames import chain_limb_name, frozen_spans
 from twistcore.detection.interval import Interval, Kind, open_interval
 from twistcore.detection.lone_jumps import chain_of_joint
 from twistcore.detection.noise_bursts import NoiseBurst, noise_bursts
-from twistcore.detection.runs import overlapping
+from twistcore.detection.runs import group_overlapping_spans
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 
@@ -63,12 +63,16 @@ def burst_intervals(
         if burst.joint in owner:
             own[owner[burst.joint].name].append(burst)
     return {
-        name: tuple(_burst(name, b, motion.skeleton.names) for b in overlapping(found, apart))
+        name: tuple(
+            _burst(name, b, motion.skeleton.names) for b in group_overlapping_spans(found, apart)
+        )
         for name, found in own.items()
     }
 
 
-def outside_chains(chains: Sequence[Chain], bursts: Iterable[NoiseBurst]) -> tuple[NoiseBurst, ...]:
+def bursts_outside_chains(
+    chains: Sequence[Chain], bursts: Iterable[NoiseBurst]
+) -> tuple[NoiseBurst, ...]:
     """Return the noise bursts of joints that belong to no chain."""
     owner = chain_of_joint(chains)
     return tuple(burst for burst in bursts if burst.joint not in owner)
@@ -85,7 +89,7 @@ def frozen_intervals(
     chosen = chains if chosen is None else chosen
     first: dict[str, Chain] = {}
     for chain in chosen:
-        if limb := limb_of(chain):
+        if limb := chain_limb_name(chain):
             first.setdefault(limb, chain)
     found: dict[str, list[Interval]] = {chain.name: [] for chain in chosen}
     for limb, start, stop in frozen_spans(motion, chains):
@@ -98,7 +102,7 @@ def frozen_intervals(
     return {name: tuple(own) for name, own in found.items()}
 
 
-def at_body_step(steps: Iterable[BodyStep], interval: Interval, person: str) -> bool:
+def is_at_body_step(steps: Iterable[BodyStep], interval: Interval, person: str) -> bool:
     """Return True if an interval begins or ends where the body of the named person jumps.
 
     An interval with an offset many times as large as this body step is not regarded as part of it.
@@ -124,7 +128,7 @@ def _burst(chain: str, span: Sequence[NoiseBurst], names: Sequence[str]) -> Inte
     return open_interval(Kind.NOISE_BURST, chain, start, stop, sigma, evidence)
 
 
-def frozen_sentence(spans: int) -> str:
+def frozen_spans_sentence(spans: int) -> str:
     """Return a sentence with the number of frozen spans, or '' if there are none."""
     if not spans:
         return ""

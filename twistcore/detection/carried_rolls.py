@@ -21,7 +21,13 @@ from numpy.typing import ArrayLike
 from twistcore.detection.consistency.chain_analysis import ConsistencyAnalysis
 from twistcore.detection.consistency.detector import analyse_chains
 from twistcore.detection.consistency.notated import NotatedAnalysis
-from twistcore.detection.evidence.chain_signals import PACE, ChainSignals, Mask, keep_few, wrapped
+from twistcore.detection.evidence.chain_signals import (
+    PACE,
+    ChainSignals,
+    Mask,
+    evict_oldest_entries,
+    wrap_degrees,
+)
 from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.prediction import Index
 from twistcore.skeleton.chain import Chain
@@ -95,7 +101,7 @@ class CarriedRollTest:
         if not can_have_carried_rolls(chain):
             return False
         if chain.name not in self._signals:
-            known = keep_few(self._signals, self.motion.frames, fewest=2)
+            known = evict_oldest_entries(self._signals, self.motion.frames, fewest=2)
             known[chain.name] = ChainSignals.of(self.motion, chain)
         return is_carried(self._signals[chain.name], twist)
 
@@ -200,7 +206,10 @@ def _alike(x: ArrayLike, azimuth: ArrayLike, roll: ArrayLike) -> Mask:
     """
     x, azimuth, roll = np.asarray(x), np.asarray(azimuth), np.asarray(roll)
     limit = _AGREE * np.abs(x)
-    back, along = np.abs(wrapped(x + azimuth)) <= limit, np.abs(wrapped(x - roll)) <= limit
+    back, along = (
+        np.abs(wrap_degrees(x + azimuth)) <= limit,
+        np.abs(wrap_degrees(x - roll)) <= limit,
+    )
     return np.asarray(back & along)
 
 
@@ -224,7 +233,7 @@ def _edge_is_carried(signals: ChainSignals, start: int, stop: int) -> bool:
     series = signals.x, signals.azimuth_turns, signals.roll_turns
     paces = (turns[near].mean() if len(near) else 0.0 for turns in series)
     turned = (
-        wrapped(turns[start:stop].sum() - (stop - start) * pace)
+        wrap_degrees(turns[start:stop].sum() - (stop - start) * pace)
         for turns, pace in zip(series, paces, strict=True)
     )
     return bool(_alike(*turned))

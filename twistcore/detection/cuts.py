@@ -10,11 +10,15 @@ from itertools import pairwise
 import numpy as np
 
 from twistcore.detection.bends import bend_steps
-from twistcore.detection.leading_blend import blend_end, held_frames, rest_frames
+from twistcore.detection.leading_blend import (
+    count_held_frames,
+    count_rest_frames,
+    leading_blend_end,
+)
 from twistcore.detection.prediction import Mask
 from twistcore.skeleton.medians import medians
 from twistcore.skeleton.motion import Motion, cache_per_object
-from twistcore.skeleton.notation import DistinctFrames, without_held
+from twistcore.skeleton.notation import DistinctFrames, without_repeated_frames
 
 # Seconds between cuts. In a shorter segment, errors cannot be distinguished from motion.
 SHORTEST_SEGMENT = 0.25
@@ -44,14 +48,14 @@ def find_cuts(motion: Motion) -> Mask:
 
 @cache_per_object
 def _cuts(motion: Motion) -> Mask:
-    if (held := without_held(motion)) is not None:
+    if (held := without_repeated_frames(motion)) is not None:
         return _among_held(find_cuts(held.motion), held)
     rotations, fps = motion.rotations, motion.fps
     cut = _jumps(motion)
-    first = held_frames(rotations)
-    if end := blend_end(rotations[first:], fps):
+    first = count_held_frames(rotations)
+    if end := leading_blend_end(rotations[first:], fps):
         cut[first + 1 : first + end + 1] = True
-    if last := rest_frames(rotations, fps):
+    if last := count_rest_frames(rotations, fps):
         cut[-last:] = True
     return cut
 
@@ -114,7 +118,7 @@ def segments_between(cut: Mask, fps: float) -> tuple[tuple[int, int], ...]:
     )
 
 
-def leading_frames(motion: Motion) -> int:
+def count_leading_rest_frames(motion: Motion) -> int:
     """Return the number of frames at the start of a clip that are a rest pose or a blend from it.
 
     These frames end at the last cut (:func:`find_cuts`) within 12 transitions after the first pose,
@@ -122,24 +126,24 @@ def leading_frames(motion: Motion) -> int:
     In CMU clips, this is only frame 0; in the Daz conversion, it is the first 8 to 12 frames.
     """
     cut = find_cuts(motion)
-    near = np.flatnonzero(cut[: held_frames(motion.rotations) + LEADING + 1])
+    near = np.flatnonzero(cut[: count_held_frames(motion.rotations) + LEADING + 1])
     if not len(near):
         return 0
     behind = np.flatnonzero(~cut[near[-1] :])
     return int(near[-1] + (behind[0] if len(behind) else len(cut) - near[-1]) - 1)
 
 
-def trailing_frames(motion: Motion) -> int:
+def count_trailing_rest_frames(motion: Motion) -> int:
     """Return the number of frames at the end of a clip that blend into a rest pose."""
-    return rest_frames(motion.rotations, motion.fps)
+    return count_rest_frames(motion.rotations, motion.fps)
 
 
-def border_notes(motion: Motion) -> tuple[str, ...]:
+def ignored_frames_notes(motion: Motion) -> tuple[str, ...]:
     """Return notes about ignored frames at the start and the end of a clip.
 
     A single ignored frame at the start is not mentioned.
     """
-    first, last = leading_frames(motion), trailing_frames(motion)
+    first, last = count_leading_rest_frames(motion), count_trailing_rest_frames(motion)
     notes = []
     if first > 1:
         notes.append(

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any, TypeVar
 
-from twistcore.detection.guarded import as_twist_error
+from twistcore.detection.guarded import exceptions_as_twist_error
 from twistcore.detection.interval import Interval
 from twistcore.detection.kind import Kind
 from twistcore.errors import TwistError
@@ -96,7 +96,9 @@ def finder_of(kind: Kind) -> Finder:
     Raises TwistError if the function cannot be loaded.
     """
     module, _, name = kind.info.find.partition(":")
-    with as_twist_error(f"the search for the error kind {kind.value!r} cannot be loaded"):
+    with exceptions_as_twist_error(
+        f"the search for the error kind {kind.value!r} cannot be loaded"
+    ):
         finder: Finder = getattr(import_module(module), name)
     return finder
 
@@ -107,7 +109,7 @@ def intervals_of_kind(kind: Kind, search: KindSearch) -> dict[str, tuple[Interva
     Raises TwistError if the kind's finder fails or returns impossible intervals.
     """
     finder, frames = finder_of(kind), search.motion.frames
-    with as_twist_error(f"the search for the error kind {kind.value!r} failed"):
+    with exceptions_as_twist_error(f"the search for the error kind {kind.value!r} failed"):
         found = finder(search)
         for name, own in found.items():
             for one in own:

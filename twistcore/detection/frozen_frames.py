@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from twistcore.detection.runs import runs
+from twistcore.detection.runs import runs_of_true
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
-from twistcore.skeleton.notation import without_held
+from twistcore.skeleton.notation import without_repeated_frames
 
 _LEAST, _FEWEST = 0.25, 6  # minimum length of a span in seconds and in frames
 _ALIVE = 0.7  # minimum share of the other frames in which the limb moves
@@ -22,11 +22,11 @@ def frozen_spans(motion: Motion, chains: Sequence[Chain]) -> tuple[tuple[str, in
     clip are excluded, because a pose may be held there on purpose. For a clip with held (repeated)
     frames, the result is empty.
     """
-    if motion.frames < 3 or without_held(motion) is not None:
+    if motion.frames < 3 or without_repeated_frames(motion) is not None:
         return ()
     limbs: dict[str, set[int]] = {}
     for chain in chains:
-        if name := limb_of(chain):
+        if name := chain_limb_name(chain):
             limbs.setdefault(name, set()).update((chain.parent, chain.child))
     least = max(_FEWEST, round(_LEAST * motion.fps))
     found = []
@@ -36,7 +36,7 @@ def frozen_spans(motion: Motion, chains: Sequence[Chain]) -> tuple[tuple[str, in
         for joint in joints:
             q = motion.rotations[:, joint]
             still[1:] &= (q[1:] == q[:-1]).all(axis=1)
-        for start, stop in runs(still):
+        for start, stop in runs_of_true(still):
             others = np.concatenate([still[1:start], still[stop:]])
             alive = len(others) and others.mean() < 1.0 - _ALIVE
             if alive and stop - start + 1 >= least:
@@ -45,7 +45,7 @@ def frozen_spans(motion: Motion, chains: Sequence[Chain]) -> tuple[tuple[str, in
     return tuple(sorted(inner, key=lambda f: (f[1], f[2], f[0])))
 
 
-def limb_of(chain: Chain) -> str:
+def chain_limb_name(chain: Chain) -> str:
     """Return the name of a chain's limb, such as 'left arm', or '' for a chain in the trunk."""
     if not chain.side:
         return ""

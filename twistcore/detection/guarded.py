@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def as_twist_error(what: str) -> Iterator[None]:
+def exceptions_as_twist_error(what: str) -> Iterator[None]:
     """Convert any exception in a `with` block to a TwistError whose message begins with `what`.
 
     A MemoryError is not converted.
@@ -68,7 +68,7 @@ class GuardedDetector:
         chain, so that most failures occur in this method. Raises TwistError if the detector fails.
         """
         name = self.info.name
-        with as_twist_error(f"the detector {name!r} failed"):
+        with exceptions_as_twist_error(f"the detector {name!r} failed"):
             analysis = self.detector.analyse(motion, chains, tell)
         for method in ("automatic_tau", "strength", "intervals"):
             if not callable(getattr(analysis, method, None)):
@@ -93,7 +93,7 @@ class GuardedAnalysis:
 
     def automatic_tau(self, chain: str) -> float:
         """Return the automatic τ of a chain, in radians."""
-        with as_twist_error(f"the detector {self._name!r} failed on {chain}"):
+        with exceptions_as_twist_error(f"the detector {self._name!r} failed on {chain}"):
             tau = float(self.analysis.automatic_tau(chain))
         if not 0.0 < tau <= math.pi:
             raise self._wrong(chain, "an automatic τ above 0 and up to π", f"{tau:g}")
@@ -104,7 +104,7 @@ class GuardedAnalysis:
         import numpy as np  # imported here because listing the names does not need it
 
         if chain not in self._strengths:
-            with as_twist_error(f"the detector {self._name!r} failed on {chain}"):
+            with exceptions_as_twist_error(f"the detector {self._name!r} failed on {chain}"):
                 strength = np.asarray(self.analysis.strength(chain), dtype=np.float64)
             if strength.shape != (self._frames,):
                 shape = f"{self._frames} numbers for the strength"
@@ -116,7 +116,7 @@ class GuardedAnalysis:
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
         """Return the intervals of a chain at threshold τ in radians, sorted by start."""
-        with as_twist_error(f"the detector {self._name!r} failed on {chain}"):
+        with exceptions_as_twist_error(f"the detector {self._name!r} failed on {chain}"):
             found = list(self.analysis.intervals(chain, tau))
         for one in found:
             self._check(chain, one)

@@ -24,7 +24,7 @@ from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, quaternion_from_axis_angle
 from twistcore.work.frozen import dataclass
-from twistcore.work.progress import nobody
+from twistcore.work.progress import ignore_progress
 
 SMALLEST_ROLL = math.radians(20.0)  # a smaller roll does not visibly twist the skin
 # A turn of C, or an opposite turn of the parent, explains a jump of the helper if it is at least
@@ -100,7 +100,7 @@ def analyse_helpers(motion: Motion, helpers: Sequence[Helper]) -> HelperAnalysis
     limbs = Limbs(
         np.array([turned, turned * (1.0, -1.0, -1.0, -1.0)]), _axes(len(rolls)), motion.angle_step
     )
-    jumps = find_jumps(limbs, motion.fps, cut, segments, nobody)
+    jumps = find_jumps(limbs, motion.fps, cut, segments, ignore_progress)
     known = {
         h.name: ChainAnalysis(h.name, motion.fps, j.counter, row, j.edges, j.step, j.tables)
         for row, (h, j) in enumerate(zip(helpers, jumps, strict=True))

@@ -122,7 +122,7 @@ class KindInfo:
     offer: str = ""
 
 
-def plural_name(word: str) -> str:
+def plural_kind_name(word: str) -> str:
     """Return the plural of a kind's name, such as 'limb flips', 'stretches' and 'frozen frames'."""
     if word.endswith("frames"):
         return word

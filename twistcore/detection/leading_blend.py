@@ -39,7 +39,7 @@ LONGER_LAG = 8  # number of frames of a blend per additional frame of the second
 BEHIND = 6  # minimum number of captured frames after the blend
 
 
-def held_frames(rotations: Array) -> int:
+def count_held_frames(rotations: Array) -> int:
     """Return the number of frames directly after frame 0 that repeat the pose of frame 0.
 
     `rotations` has the shape (frames, joints, 4).
@@ -50,17 +50,17 @@ def held_frames(rotations: Array) -> int:
     return int(moved.argmax()) - 1 if moved.any() else len(rotations) - 1
 
 
-def rest_frames(rotations: Array, fps: float) -> int:
+def count_rest_frames(rotations: Array, fps: float) -> int:
     """Return the number of frames at the end of a clip that repeat a rest pose or blend into it.
 
     `rotations` has the shape (frames, joints, 4).
     """
-    held = held_frames(rotations[::-1])
-    blended = blend_end(rotations[::-1][held:], fps, from_rest=True)
+    held = count_held_frames(rotations[::-1])
+    blended = leading_blend_end(rotations[::-1][held:], fps, from_rest=True)
     return held + blended if blended else 0
 
 
-def blend_end(rotations: Array, fps: float, *, from_rest: bool = False) -> int:
+def leading_blend_end(rotations: Array, fps: float, *, from_rest: bool = False) -> int:
     """Return the first frame after a blend from frame 0, or 0 if there is no blend.
 
     `rotations` has the shape (frames, joints, 4). If `from_rest` is True, only a blend from a rest

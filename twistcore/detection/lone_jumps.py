@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.finding import Found, KindSearch
 from twistcore.detection.interval import Interval, Kind
-from twistcore.detection.runs import runs
+from twistcore.detection.runs import runs_of_true
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion, Skeleton
-from twistcore.skeleton.notation import DistinctFrames, without_held
+from twistcore.skeleton.notation import DistinctFrames, without_repeated_frames
 from twistcore.skeleton.rotation import Array, conjugate, multiply, twist_angle
 
 FASTEST = math.radians(7500.0)  # per second
@@ -74,9 +74,9 @@ def lone_jumps(
     """
     if motion.frames < 2 or not chains:
         return {chain.name: () for chain in chains}
-    if without_held(motion) is not None:
+    if without_repeated_frames(motion) is not None:
         whole = motion if refined is None else refined(0, motion.frames)
-        if (held := without_held(whole)) is not None:
+        if (held := without_repeated_frames(whole)) is not None:
             found = lone_jumps(held.motion, [chain.at(held.first) for chain in chains])
             return {
                 name: tuple(_in_clip_frames(i, held) for i in own) for name, own in found.items()
@@ -89,7 +89,7 @@ def lone_jumps(
         motion, list(owner), among, refined or motion.sliced
     ).items():
         chain = owner[joint]
-        for start, stop in runs(turn != 0.0):
+        for start, stop in runs_of_true(turn != 0.0):
             most = max(turn[start:stop].tolist(), key=abs)
             jumps[chain.name].append(
                 Interval(
@@ -116,7 +116,7 @@ def _turns_too_fast(
     the frames to examine, shape (frames,), and `refined` has the same meaning as in
     :func:`lone_jumps`. The clip is processed in blocks, because `refined` copies the rotations.
     """
-    axes = {joint: own_axis(motion.skeleton, joint) for joint in joints}
+    axes = {joint: own_bone_axis(motion.skeleton, joint) for joint in joints}
     found: dict[int, Array] = {}
     for low in range(0, motion.frames, _BLOCK):
         first, stop = max(low - 1, 0), min(low + _BLOCK, motion.frames)
@@ -124,8 +124,8 @@ def _turns_too_fast(
         for joint, axis in axes.items():
             if axis is None:
                 continue
-            own = turns_about(block.rotations[:, joint], axis)
-            at = np.flatnonzero(may_be_too_fast(own, motion.fps) & among[first:stop])
+            own = twist_per_frame(block.rotations[:, joint], axis)
+            at = np.flatnonzero(possibly_too_fast_mask(own, motion.fps) & among[first:stop])
             if not len(at):
                 continue
             before, after = (
@@ -133,7 +133,7 @@ def _turns_too_fast(
                 _world_rotations(block, joint, at),
             )
             turn = twist_angle(multiply(conjugate(before), after), axis)
-            fast = too_fast(turn, own[at], motion.fps)
+            fast = impossibly_fast_mask(turn, own[at], motion.fps)
             if fast.any():
                 found.setdefault(joint, np.zeros(motion.frames))[first + at[fast]] = turn[fast]
     return found
@@ -145,7 +145,7 @@ def _in_clip_frames(jump: Interval, held: DistinctFrames) -> Interval:
     return replace(jump, start=start, stop=stop, offset=np.zeros(stop - start))
 
 
-def own_axis(skeleton: Skeleton, joint: int) -> Array | None:
+def own_bone_axis(skeleton: Skeleton, joint: int) -> Array | None:
     """Return the direction of a joint's own bone as a unit vector, (3,), or None.
 
     The bone points to the farthest child or End Site. If all children are at the joint's position,
@@ -158,7 +158,7 @@ def own_axis(skeleton: Skeleton, joint: int) -> Array | None:
     if lengths and max(lengths) > 1e-6 * skeleton.height:
         axis: Array = ends[int(np.argmax(lengths))] / max(lengths)
         return axis
-    below = (own_axis(skeleton, child) for child in skeleton.children[joint])
+    below = (own_bone_axis(skeleton, child) for child in skeleton.children[joint])
     return next((axis for axis in below if axis is not None), None)
 
 
@@ -171,16 +171,18 @@ def chain_of_joint(chains: Sequence[Chain]) -> dict[int, Chain]:
     return owner | {chain.parent: chain for chain in chains}
 
 
-def too_fast(in_world: Array, own: Array, fps: float) -> NDArray[np.bool_]:
+def impossibly_fast_mask(in_world: Array, own: Array, fps: float) -> NDArray[np.bool_]:
     """Return a mask of the frames in which a joint rotates about its axis impossibly fast.
 
     `in_world` and `own` are the rotation angles per frame in world space and relative to the
-    joint's parent, from :func:`turns_about`, each of shape (frames,).
+    joint's parent, from :func:`twist_per_frame`, each of shape (frames,).
     """
-    return np.asarray((np.abs(in_world) > largest_natural_turn(fps)) & may_be_too_fast(own, fps))
+    return np.asarray(
+        (np.abs(in_world) > largest_natural_turn(fps)) & possibly_too_fast_mask(own, fps)
+    )
 
 
-def may_be_too_fast(own: Array, fps: float) -> NDArray[np.bool_]:
+def possibly_too_fast_mask(own: Array, fps: float) -> NDArray[np.bool_]:
     """Return a mask of the frames in which a joint may rotate too fast, (frames,).
 
     In these frames, the rotations `own` relative to the parent are large. In all other frames, any
@@ -189,15 +191,15 @@ def may_be_too_fast(own: Array, fps: float) -> NDArray[np.bool_]:
     return np.asarray(np.abs(own) > _OWN_SHARE * largest_natural_turn(fps))
 
 
-def turns_in_world(motion: Motion, joint: int) -> Array:
+def turns_about_own_axis(motion: Motion, joint: int) -> Array:
     """Return the rotations of a joint about its own axis in world space, in radians, (frames,).
 
     Each angle is relative to the previous frame. For a joint without an axis, all angles are 0.
     """
-    turns, axis = np.zeros(motion.frames), own_axis(motion.skeleton, joint)
+    turns, axis = np.zeros(motion.frames), own_bone_axis(motion.skeleton, joint)
     if axis is not None:
         rotations = _world_rotations(motion, joint, np.arange(motion.frames))
-        turns = turns_about(rotations, axis)
+        turns = twist_per_frame(rotations, axis)
     return turns
 
 
@@ -212,7 +214,7 @@ def _world_rotations(motion: Motion, joint: int, at: NDArray[np.intp]) -> Array:
     return found
 
 
-def turns_about(rotations: Array, axis: Array) -> Array:
+def twist_per_frame(rotations: Array, axis: Array) -> Array:
     """Return the twist about an axis since the previous frame, for each frame, in radians.
 
     `rotations` has the shape (frames, …, 4), `axis` is a unit vector, (…, 3), and the result has

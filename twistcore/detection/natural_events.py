@@ -73,17 +73,17 @@ def natural_events(chains: Sequence[Chain], analysis: Analysis) -> list[NaturalE
             kind, degrees = "open" if i.open else "interval", _degrees(i.delta)
             events.append(NaturalEvent(chain.name, kind, i.start, i.stop, degrees, chain.parent))
         if isinstance(analysis, ConsistencyAnalysis):
-            events += flips(chain, analysis.chains[chain.name])
+            events += chain_flip_events(chain, analysis.chains[chain.name])
         if isinstance(analysis, NotatedAnalysis):
             kept = analysis.kept
             events += [
                 replace(e, start=kept.end(e.start), stop=kept.end(e.start) + 1)
-                for e in flips(chain, analysis.coarse.chains[chain.name])
+                for e in chain_flip_events(chain, analysis.coarse.chains[chain.name])
             ]
     return events
 
 
-def limb_flips(limbs: Sequence[Limb], found: Iterable[Interval]) -> list[NaturalEvent]:
+def limb_flip_events(limbs: Sequence[Limb], found: Iterable[Interval]) -> list[NaturalEvent]:
     """Return the limb flips among the intervals `found`, as events."""
     parent = {limb.name: limb.parent for limb in limbs}
     return [
@@ -112,7 +112,7 @@ def names_with_events(
     return frozenset(out)
 
 
-def flips(chain: Chain, analysis: ChainAnalysis) -> Iterator[NaturalEvent]:
+def chain_flip_events(chain: Chain, analysis: ChainAnalysis) -> Iterator[NaturalEvent]:
     """Yield the flips of a chain's parent, then of its child (see the module docstring)."""
     c, row = analysis.limb, analysis.row
     alone = np.zeros(c.x.shape[1], dtype=bool)

@@ -13,11 +13,11 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.detection.runs import overlapping, runs
+from twistcore.detection.runs import group_overlapping_spans, runs_of_true
 from twistcore.skeleton.body import ancestors
-from twistcore.skeleton.medians import extended, median, quantile, running_medians
+from twistcore.skeleton.medians import median, pad_with_edge_values, quantile, running_medians
 from twistcore.skeleton.motion import Motion, cache_per_object
-from twistcore.skeleton.notation import without_held
+from twistcore.skeleton.notation import without_repeated_frames
 from twistcore.skeleton.rotation import Array, conjugate, logarithm, multiply
 from twistcore.work.frozen import dataclass
 
@@ -54,7 +54,7 @@ def noise_bursts(motion: Motion) -> tuple[NoiseBurst, ...]:
     """Return the bursts of noise of all joints, sorted by start."""
     found = []
     for joint, sigma in enumerate(_levels(motion, range(len(motion.skeleton)))):
-        for start, stop in runs(sigma > 0.0):
+        for start, stop in runs_of_true(sigma > 0.0):
             found.append(NoiseBurst(joint, start, stop, median(sigma[start:stop])))
     return tuple(sorted(found, key=lambda b: (b.start, b.stop, b.joint)))
 
@@ -75,7 +75,7 @@ def _levels(motion: Motion, joints: Iterable[int]) -> list[Array]:
 
     A held frame has the value of the frame that it repeats.
     """
-    if (held := without_held(motion)) is None:
+    if (held := without_repeated_frames(motion)) is None:
         return [_of_joint(motion, joint) for joint in joints]
     shown = np.maximum(np.searchsorted(held.first, np.arange(motion.frames), side="right") - 1, 0)
     return [_of_joint(held.motion, joint)[shown] for joint in joints]
@@ -106,15 +106,18 @@ def _noise_of(motion: Motion, joint: int) -> Array:
     Bursts for which the parent or a child of the joint compensates are excluded.
     """
     own = motion.rotations[:, joint]
-    turns = turns_of(own)
-    sigma = noise_level(turns, motion.fps)
+    turns = rotation_vector_steps(own)
+    sigma = joint_noise_level(turns, motion.fps)
     if not sigma.any():
         return sigma
     parent = int(motion.skeleton.parents[joint])
     pairs = [(motion.rotations[:, parent], own)] if parent >= 0 else []
     pairs += [(own, motion.rotations[:, child]) for child in motion.skeleton.children[joint]]
-    changes = [_changes(turns), *(_changes(turns_of(multiply(a, b))) for a, b in pairs)]
-    for start, stop in runs(sigma > 0.0):
+    changes = [
+        _changes(turns),
+        *(_changes(rotation_vector_steps(multiply(a, b))) for a, b in pairs),
+    ]
+    for start, stop in runs_of_true(sigma > 0.0):
         alone, *both = (median(c[start:stop]) for c in changes)
         if min(both, default=alone) < _TAKEN_BACK * alone:
             sigma[start:stop] = 0.0
@@ -143,7 +146,7 @@ def burst_sentences(
     names
         The names of the joints.
     """
-    spans = overlapping(outside)
+    spans = group_overlapping_spans(outside)
     said = [_sentence(span, names) for span in spans[:_MOST]]
     if len(spans) > _MOST:
         said.append(f"{len(spans) - _MOST} more bursts of noise are outside the chains.")
@@ -171,7 +174,7 @@ def _sentence(span: Sequence[NoiseBurst], names: Sequence[str]) -> str:
     )
 
 
-def turns_of(q: Array) -> Array:
+def rotation_vector_steps(q: Array) -> Array:
     """Return the rotation from the previous frame to each frame as a rotation vector.
 
     `q` has the shape (frames, 4). The result is in degrees and has the shape (frames, 3).
@@ -180,10 +183,10 @@ def turns_of(q: Array) -> Array:
     return np.asarray(np.degrees(np.concatenate([np.zeros((1, 3)), turns])))
 
 
-def noise_level(turns: Array, fps: float) -> Array:
+def joint_noise_level(turns: Array, fps: float) -> Array:
     """Return the noise σ of a joint in each frame, in degrees, (frames,), or 0 outside bursts.
 
-    `turns` is the result of :func:`turns_of`.
+    `turns` is the result of :func:`rotation_vector_steps`.
     """
     frames = len(turns)
     width = max(_FEWEST, round(_WINDOW * fps))
@@ -205,7 +208,7 @@ def noise_level(turns: Array, fps: float) -> Array:
     noisy &= sigma > _least_noise(sigma)
     out = np.zeros(frames)
     off = 0.5 * np.sqrt(size)
-    for start, stop in runs(noisy):
+    for start, stop in runs_of_true(noisy):
         level = median(sigma[start:stop])
         low, high = max(start - width, 0), min(stop + width, frames)
         rough = np.flatnonzero(off[low:high] > _EDGE * level) + low
@@ -227,7 +230,7 @@ def noise_curve(motion: Motion, joint: int) -> tuple[Array, float]:
     Both are in degrees. `motion` must not contain held frames.
     """
     width = max(_FEWEST, round(_WINDOW * motion.fps))
-    changes = running_medians(_changes(turns_of(motion.rotations[:, joint])), width)
+    changes = running_medians(_changes(rotation_vector_steps(motion.rotations[:, joint])), width)
     sigma = np.sqrt(changes / _MIDDLE)
     return sigma, _least_noise(sigma)
 
@@ -244,6 +247,6 @@ def _running_sums(values: Array | Mask, width: int) -> Array:
     Both ends are padded as in :func:`running_medians`.
     """
     before = width // 2
-    padded = extended(values, before, width - 1 - before)
+    padded = pad_with_edge_values(values, before, width - 1 - before)
     sums = np.concatenate([[0.0], np.cumsum(padded)])
     return np.asarray(sums[width:] - sums[:-width])

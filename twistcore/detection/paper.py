@@ -48,10 +48,10 @@ def running_offset(signals: TwistSignals, tau: float) -> Array:
     The offset is in radians, (frames,), and is not wrapped. It may not return to 0, because the
     errors of the estimates add up.
     """
-    return np.cumsum(error_of(signals.dtheta_p, signals.strength, tau))
+    return np.cumsum(paper_error_increments(signals.dtheta_p, signals.strength, tau))
 
 
-def error_of(dtheta_p: ArrayLike, strength: ArrayLike, tau: float) -> Array:
+def paper_error_increments(dtheta_p: ArrayLike, strength: ArrayLike, tau: float) -> Array:
     """Return err(t) = sign(Δθp)·m where m ≥ τ, and 0 elsewhere [Choi26 §3.3.1].
 
     `dtheta_p` contains Δθp and `strength` contains m, in radians. The result has their shape.

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.finding import KindSearch
-from twistcore.detection.guarded import as_twist_error
+from twistcore.detection.guarded import exceptions_as_twist_error
 from twistcore.detection.interval import Interval
 from twistcore.errors import TwistError
 from twistcore.skeleton.motion import Motion
-from twistcore.skeleton.notation import DistinctFrames, without_held
+from twistcore.skeleton.notation import DistinctFrames, without_repeated_frames
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
@@ -61,7 +61,9 @@ def quantity_of(search: KindSearch, interval: Interval) -> Quantity | None:
     module, _, name = interval.kind.info.quantity.partition(":")
     if not module:
         return None
-    with as_twist_error(f"the curve for the error kind {interval.kind.value!r} cannot be computed"):
+    with exceptions_as_twist_error(
+        f"the curve for the error kind {interval.kind.value!r} cannot be computed"
+    ):
         curve_of: CurveOf = getattr(import_module(module), name)
         found = curve_of(search, interval)
         expected = (search.motion.frames,)
@@ -94,7 +96,7 @@ class OwnFrames:
         `held` contains the frames to keep. By default, these are all frames that do not repeat the
         previous frame.
         """
-        held = held or without_held(motion)
+        held = held or without_repeated_frames(motion)
         frames = np.arange(motion.frames)
         if held is None:
             return cls(motion, frames)

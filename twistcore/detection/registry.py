@@ -17,7 +17,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from twistcore.detection.guarded import GuardedDetector, as_twist_error
+from twistcore.detection.guarded import GuardedDetector, exceptions_as_twist_error
 from twistcore.detection.protocol import Detector, DetectorInfo
 from twistcore.errors import TwistError
 
@@ -47,7 +47,7 @@ class Detectors(Mapping[str, Detector]):
     def __getitem__(self, name: str) -> Detector:
         if name in self._given:
             return self._given[name]
-        if name in built_in():
+        if name in built_in_detector_names():
             return self._load_once(name, _FOLDER, lambda: _own(name))
         if (point := _entry_points().get(name)) is not None:
             return self._load_once(name, point.value, lambda: _of_package(point))
@@ -56,12 +56,14 @@ class Detectors(Mapping[str, Detector]):
         raise KeyError(name)
 
     def __contains__(self, name: object) -> bool:
-        if name in self._given or name in built_in():
+        if name in self._given or name in built_in_detector_names():
             return True
         return isinstance(name, str) and (name in _entry_points() or name in self._of_file())
 
     def __iter__(self) -> Iterator[str]:
-        return iter(dict.fromkeys((*built_in(), *self._of_file(), *sorted(_entry_points()))))
+        return iter(
+            dict.fromkeys((*built_in_detector_names(), *self._of_file(), *sorted(_entry_points())))
+        )
 
     def __len__(self) -> int:
         return sum(1 for _ in self)
@@ -88,7 +90,7 @@ class Detectors(Mapping[str, Detector]):
             return detector
         made = _checked(detector, getattr(detector, "__name__", type(detector).__name__))
         name = made.info.name
-        if name in built_in():
+        if name in built_in_detector_names():
             if type(made) is type(own := self[name]):
                 return own
             raise TwistError(f"{name!r} is the name of a built-in detector")
@@ -139,7 +141,7 @@ class Detectors(Mapping[str, Detector]):
 
     def version(self, name: str) -> str:
         """Return a string that changes whenever an external detector changes; '' if built in."""
-        if name in built_in():
+        if name in built_in_detector_names():
             return ""
         if name in self._of_file():
             path = self.place(name).rpartition(":")[0]
@@ -189,7 +191,7 @@ def register(detector: Detector) -> Detector:
 
 
 @contextmanager
-def detector_of_file(place: str) -> Iterator[str]:
+def register_detector_file(place: str) -> Iterator[str]:
     """Register a detector from 'FILE.py:Class' for a `with` statement, and yield its name.
 
     Processes that are started within the statement load the detector as well. Raises TwistError if
@@ -204,7 +206,7 @@ def detector_of_file(place: str) -> Iterator[str]:
 
 
 @cache
-def built_in() -> tuple[str, ...]:
+def built_in_detector_names() -> tuple[str, ...]:
     """Return the names of the built-in detectors (their file names), the default first."""
     from pkgutil import iter_modules
 
@@ -234,13 +236,13 @@ def _entry_points_on(_path: tuple[str, ...]) -> Mapping[str, EntryPoint]:
     """
     from importlib.metadata import entry_points  # takes 20 ms, and few commands need it
 
-    return {p.name: p for p in entry_points(group=GROUP) if p.name not in built_in()}
+    return {p.name: p for p in entry_points(group=GROUP) if p.name not in built_in_detector_names()}
 
 
 def _of_package(point: EntryPoint) -> Detector:
     package = point.dist.name if point.dist is not None else point.module
     where = f"the detector {point.name!r} of the package {package}"
-    with as_twist_error(f"{where} cannot be loaded"):
+    with exceptions_as_twist_error(f"{where} cannot be loaded"):
         found = point.load()
     made = _checked(found, where)
     if made.info.name != point.name:
@@ -258,7 +260,7 @@ def _of_file(place: str, path: str, name: str) -> Detector:
         raise TwistError(
             f"{path}: expected a Python file with a detector, but the file does not exist"
         )
-    with as_twist_error(f"{path}: the detector cannot be loaded"):
+    with exceptions_as_twist_error(f"{path}: the detector cannot be loaded"):
         found = getattr(_module(Path(path).resolve()), name, None)
     if found is None:
         raise TwistError(f"{path}: expected a class {name}, but the file has none")
@@ -291,7 +293,7 @@ def _checked(found: Any, where: str) -> Detector:
     detector; the message names the missing part.
     """
     if isinstance(found, type):
-        with as_twist_error(f"{where} cannot be created"):
+        with exceptions_as_twist_error(f"{where} cannot be created"):
             found = found()
     info = getattr(found, "info", None)
     if not isinstance(info, DetectorInfo):

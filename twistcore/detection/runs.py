@@ -24,13 +24,13 @@ class Span(Protocol):
 SomeSpan = TypeVar("SomeSpan", bound=Span)
 
 
-def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+def runs_of_true(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """Return the runs of True in a mask (frames,) as pairs [start, stop), sorted by start."""
     ends = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]])))
     return list(zip(ends[::2].tolist(), ends[1::2].tolist(), strict=True))
 
 
-def overlapping(spans: Iterable[SomeSpan], apart: int = 0) -> list[list[SomeSpan]]:
+def group_overlapping_spans(spans: Iterable[SomeSpan], apart: int = 0) -> list[list[SomeSpan]]:
     """Group overlapping spans, which must be sorted by start.
 
     Spans that are fewer than `apart` frames apart are grouped as well.

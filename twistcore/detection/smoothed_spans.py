@@ -16,9 +16,9 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.detection.runs import overlapping, runs
+from twistcore.detection.runs import group_overlapping_spans, runs_of_true
 from twistcore.skeleton.motion import Motion
-from twistcore.skeleton.rotation import Array, continuous_signs
+from twistcore.skeleton.rotation import Array, continuous_quaternion_signs
 from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
@@ -88,7 +88,7 @@ def _of_joints(motion: Motion, joints: range, width: int) -> Iterator[SmoothedSp
         own = pace[:, k], fine[:, k], every[:, k]
         others = max(1, round(_OTHERS * motion.fps))
         one = _Joint(*own, step, width // 2, others, round(0.8 * least))
-        for start, stop in runs(suspected[:, k]):
+        for start, stop in runs_of_true(suspected[:, k]):
             if (stop - start) * step >= least and (span := one.confirmed(start, stop)) is not None:
                 yield SmoothedSpan(joints[k], *span)
 
@@ -99,7 +99,7 @@ def smoothed_sentences(spans: Iterable[SmoothedSpan], names: Sequence[str]) -> t
     Overlapping spans share a note. The first few notes are returned, followed by a note with the
     number of remaining notes. `names` contains the names of the joints.
     """
-    groups = overlapping(spans)
+    groups = group_overlapping_spans(spans)
     said = [_sentence(group, names) for group in groups[:_MOST]]
     if len(groups) > _MOST:
         said.append(f"{len(groups) - _MOST} more smoothed spans were found.")
@@ -127,7 +127,7 @@ def _measured(rotations: Array, width: int) -> tuple[Array, Array, Array]:
     The result has three arrays, (frames, joints): the speed averaged over a window of `width`
     frames, the fine movement averaged over this window, and the fine movement in every frame.
     """
-    changes = np.diff(continuous_signs(rotations), axis=0)  # half of a turn, in radians
+    changes = np.diff(continuous_quaternion_signs(rotations), axis=0)  # half of a turn, in radians
     moved = _mean_around(_squared(changes), width)
     pace = 0.5 * np.log10(np.maximum(moved, 0.0) + _REST**2)
     off = 0.5 * np.log10(_squared(np.diff(changes, 3, axis=0)) + _REST**2)
@@ -236,7 +236,7 @@ class _Joint:
         border = level + min(0.5 * (float(_quantile(fine, _NEARLY_ALL)) - level), _BORDER)
         low, high = max(0, start * self.step - self.half), stop * self.step + self.half
         even = _mean_around(self.every[low:high], _EVEN) < border
-        parts = runs(~_without_short(~even))
+        parts = runs_of_true(~_without_short(~even))
         first, last = max(parts, key=lambda r: r[1] - r[0], default=(0, 0))
         if last - first < self.least:
             return None
@@ -256,7 +256,7 @@ def _quantile(values: Array, share: float) -> Array:
 def _without_short(mask: Mask) -> Mask:
     """Return a copy of a mask without runs of True that are shorter than _EVEN frames."""
     out = mask.copy()
-    for start, stop in runs(mask):
+    for start, stop in runs_of_true(mask):
         if stop - start < _EVEN:
             out[start:stop] = False
     return out

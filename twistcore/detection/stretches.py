@@ -28,13 +28,13 @@ from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.lone_jumps import (
     chain_of_joint,
     largest_natural_turn,
-    own_axis,
-    turns_about,
+    own_bone_axis,
+    twist_per_frame,
 )
-from twistcore.detection.turned_ends import turned_spans
+from twistcore.detection.turned_ends import turned_end_spans
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
-from twistcore.skeleton.notation import without_held
+from twistcore.skeleton.notation import without_repeated_frames
 from twistcore.skeleton.rotation import (
     Array,
     geodesic_angle,
@@ -98,7 +98,7 @@ class _Clip:
         """Collect the motion and the jumps for a search for stretches."""
         motion = search.corrected_motion()
         at = np.arange(motion.frames)
-        if (held := without_held(motion)) is not None:
+        if (held := without_repeated_frames(motion)) is not None:
             motion, at = held.motion, np.searchsorted(held.first, at, side="right") - 1
         listed: dict[int, list[int]] = {}
         for own in find_joint_jumps(search).values():
@@ -108,10 +108,10 @@ class _Clip:
 
     def jumps(self, joint: int) -> list[int]:
         """Return the first frames of a joint's jumps about its own bone."""
-        axis = own_axis(self.motion.skeleton, joint)
+        axis = own_bone_axis(self.motion.skeleton, joint)
         if axis is None:
             return []
-        return self._too_fast(turns_about(self.motion.rotations[:, joint], axis))
+        return self._too_fast(twist_per_frame(self.motion.rotations[:, joint], axis))
 
     def levels(self, joint: int) -> list[_Level]:
         """Return the levels (frames of nearly constant roll) between the jumps of a joint.
@@ -122,7 +122,7 @@ class _Clip:
         rotations = self.motion.rotations[:, joint]
         jumps = self._too_fast(np.append(0.0, geodesic_angle(rotations[:-1], rotations[1:])))
         borders = {0, *jumps, *self.listed.get(joint, ()), self.motion.frames}
-        roll = defined_roll(self.motion, joint)
+        roll = roll_about_own_bone(self.motion, joint)
         defined = np.isfinite(roll)
         return [
             _Level(start, stop, _mean(roll[start:stop][defined[start:stop]]))
@@ -176,7 +176,7 @@ def find_stretches(search: KindSearch) -> Found:
 
 
 def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
-    clip, ends = search.once(_Clip.of), turned_spans(search)
+    clip, ends = search.once(_Clip.of), turned_end_spans(search)
     shortest = max(SHORTEST * clip.motion.fps, FEWEST)
     found: dict[str, list[Interval]] = {}
     for joint, chain in clip.owner.items():
@@ -190,14 +190,14 @@ def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
             if (joint, start, stop) in ends:
                 continue
             turn = float(wrap(level.roll - usual))
-            one = stretch_over(search, chain.name, joint, (start, stop), turn)
+            one = stretch_interval(search, chain.name, joint, (start, stop), turn)
             explain = partial(_explained, one.joint, turn, one.residual, by_rest=by_rest)
             one = replace(one, offset=np.zeros(one.frames), explain=explain)
             found.setdefault(chain.name, []).append(one)
     return found
 
 
-def stretch_over(
+def stretch_interval(
     search: KindSearch, chain: str, joint: int, span: tuple[int, int], turn: float
 ) -> Interval:
     """Return a stretch of a joint over frames [start, stop), with its offset.
@@ -219,7 +219,7 @@ def stretch_over(
     """
     clip, (start, stop) = search.once(_Clip.of), span
     edges = int(clip.at[start]), int(clip.at[stop - 1]) + 1
-    delta = turn_at_jumps(clip.motion, joint, edges, turn)
+    delta = stretch_angle_at_jumps(clip.motion, joint, edges, turn)
     return Interval(
         chain,
         start,
@@ -228,12 +228,12 @@ def stretch_over(
         open=True,
         residual=delta,
         kind=Kind.STRETCH,
-        carried=goes_along(clip.motion, joint, edges),
+        carried=is_followed_by_children(clip.motion, joint, edges),
         joint=clip.motion.skeleton.names[joint],
     )
 
 
-def roll_off(search: KindSearch, joint: int, span: tuple[int, int]) -> Array | None:
+def roll_deviation(search: KindSearch, joint: int, span: tuple[int, int]) -> Array | None:
     """Return the difference of a joint's roll from its usual roll, in radians, (frames,), or None.
 
     If the usual roll is unknown, the mean roll outside the frames `span`, (start, stop), is used
@@ -241,7 +241,7 @@ def roll_off(search: KindSearch, joint: int, span: tuple[int, int]) -> Array | N
     the roll is undefined.
     """
     clip = search.once(_Clip.of)
-    roll = defined_roll(clip.motion, joint)[clip.at]
+    roll = roll_about_own_bone(clip.motion, joint)[clip.at]
     usual = clip.expected(joint)[0]
     if usual is None:
         outside = np.delete(roll, slice(*span))
@@ -251,13 +251,13 @@ def roll_off(search: KindSearch, joint: int, span: tuple[int, int]) -> Array | N
     return wrap(roll - usual)
 
 
-def defined_roll(motion: Motion, joint: int) -> Array:
+def roll_about_own_bone(motion: Motion, joint: int) -> Array:
     """Return the roll of a joint about its own bone, in radians, (frames,).
 
     The roll is NaN in frames with a swing near 180°, where it is undefined, and in all frames if
     the joint has no bone.
     """
-    axis = own_axis(motion.skeleton, joint)
+    axis = own_bone_axis(motion.skeleton, joint)
     if axis is None:
         return np.full(motion.frames, np.nan)
     rotations = motion.rotations[:, joint]
@@ -310,7 +310,9 @@ def _alike(a: _Level, b: _Level) -> bool:
     return bool(abs(wrap(a.roll - b.roll)) <= ALIKE)
 
 
-def turn_at_jumps(motion: Motion, joint: int, edges: tuple[int, int], turn: float) -> float:
+def stretch_angle_at_jumps(
+    motion: Motion, joint: int, edges: tuple[int, int], turn: float
+) -> float:
     """Return the angle of a stretch in radians, measured at the jumps at its edges.
 
     `edges` contains the first frame of the stretch and the frame after the last. At each edge, the
@@ -318,14 +320,14 @@ def turn_at_jumps(motion: Motion, joint: int, edges: tuple[int, int], turn: floa
     differ from the expected angle `turn` by more than 45° are ignored. If no jump remains, `turn`
     is returned.
     """
-    axis = own_axis(motion.skeleton, joint)
+    axis = own_bone_axis(motion.skeleton, joint)
     assert axis is not None
     jumps = []
     for at, sign in zip(edges, (1.0, -1.0), strict=True):
         if not 0 < at < motion.frames:
             continue
         first, last = max(at - 2, 0), min(at + 2, motion.frames)
-        turns = turns_about(motion.rotations[first:last, joint], axis)[1:]
+        turns = twist_per_frame(motion.rotations[first:last, joint], axis)[1:]
         own = at - 1 - first
         natural = min(np.delete(turns, own).tolist(), key=abs, default=0.0)
         jump = wrap(sign * (turns[own] - natural))
@@ -334,7 +336,7 @@ def turn_at_jumps(motion: Motion, joint: int, edges: tuple[int, int], turn: floa
     return _mean(np.array(jumps)) if jumps else turn
 
 
-def goes_along(motion: Motion, joint: int, edges: tuple[int, int]) -> bool:
+def is_followed_by_children(motion: Motion, joint: int, edges: tuple[int, int]) -> bool:
     """Return True if the children of a joint jump with it at the edges of a stretch.
 
     In this case, their local rotations jump less than their orientation relative to the joint's

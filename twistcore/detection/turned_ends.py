@@ -21,7 +21,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from twistcore.detection.all_joints.finders import owners
+from twistcore.detection.all_joints.finders import nearest_chain_by_joint
 from twistcore.detection.all_joints.joint_steps import LONGEST
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.finding import Found, KindSearch
@@ -43,7 +43,7 @@ def find_turned_ends(search: KindSearch) -> Found:
     return found
 
 
-def turns_of_end(rotations: Array) -> tuple[Array, Array]:
+def edge_jump_rotations(rotations: Array) -> tuple[Array, Array]:
     """Return the rotations by which a joint jumps at the start and the end of an interval.
 
     Parameters
@@ -63,12 +63,12 @@ def turns_of_end(rotations: Array) -> tuple[Array, Array]:
     return multiply(conjugate(before), first), multiply(conjugate(after), last)
 
 
-def common_turn(turns: tuple[Array, Array]) -> Array:
-    """Return the rotation halfway between the two results of :func:`turns_of_end`, (4,)."""
+def halfway_edge_rotation(turns: tuple[Array, Array]) -> Array:
+    """Return the rotation halfway between the two results of :func:`edge_jump_rotations`, (4,)."""
     return slerp(*turns, 0.5)
 
 
-def turned_spans(search: KindSearch) -> frozenset[tuple[int, int, int]]:
+def turned_end_spans(search: KindSearch) -> frozenset[tuple[int, int, int]]:
     """Return (joint index, start, stop) for each turned end."""
     every = (one for own in find_turned_ends(search).values() for one in own)
     return frozenset((search.joint_of(one), one.start, one.stop) for one in every)
@@ -91,22 +91,22 @@ def _turned_ends(search: KindSearch) -> Iterator[Interval]:
     ]
     if not flips or search.without is None:
         return
-    owner, cut = owners(motion.skeleton, search.chains), find_cuts(motion)
+    owner, cut = nearest_chain_by_joint(motion.skeleton, search.chains), find_cuts(motion)
     for flip in flips:
         start, stop, end = flip.start, flip.stop, limbs[flip.chain].end
         inside = start > 0 and stop < motion.frames
         if not inside or cut[start] or cut[stop] or end not in owner:
             continue
         edges = motion.rotations[[start - 1, start, stop - 1, stop], end]
-        if _smaller(turns_of_end(edges)) < SMALLEST:
+        if _smaller(edge_jump_rotations(edges)) < SMALLEST:
             continue  # the captured end does not jump: the flip may be a false alarm
         frames = search.without([flip])
         edges = np.concatenate([frames(at - 1, at + 1).rotations[:, end] for at in (start, stop)])
-        turns = turns_of_end(edges)
+        turns = edge_jump_rotations(edges)
         apart = float(geodesic_angle(*turns))
         if _smaller(turns) < SMALLEST or apart > APART:
             continue
-        turn = float(geodesic_angle(common_turn(turns), _STILL))
+        turn = float(geodesic_angle(halfway_edge_rotation(turns), _STILL))
         evidence = {
             "joint": motion.skeleton.names[end],
             "turn_deg": math.degrees(turn),

@@ -90,7 +90,7 @@ class Difference:
         return len({t for j in self.joints for t in range(j.start, j.stop)})
 
 
-def compare(a: Motion, b: Motion) -> Difference:
+def compare_motions(a: Motion, b: Motion) -> Difference:
     """Compare two motions of one skeleton, joint by joint.
 
     Raises ClipMismatchError if the skeletons, the numbers of frames or the position channels

@@ -15,8 +15,8 @@ from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path, PurePath
 
-from twistcore.files.kinds import PICKLE, kind_of
-from twistcore.files.wide_text import narrow_head
+from twistcore.files.kinds import PICKLE, detect_file_kind
+from twistcore.files.wide_text import first_bytes_as_utf8
 
 EXPORT_MARK = "_refined"  # by default, the end of a corrected clip's stem
 REPLAY_SUFFIX = ".replay.json"  # suffix of a session that repeats an export
@@ -25,7 +25,7 @@ _DOCUMENTS = (REPLAY_SUFFIX, _REPORT_SUFFIX)
 _HEAD = 200_000  # bytes to read from the start of a clip, more than any known skeleton needs
 
 
-def exports_among(clips: Iterable[Path]) -> dict[Path, str]:
+def find_exported_clips(clips: Iterable[Path]) -> dict[Path, str]:
     """Return the clips that this program exported, each with the file name of its source.
 
     The source is named in the session that replays the clip, or in the clip's report. A clip that
@@ -38,22 +38,22 @@ def exports_among(clips: Iterable[Path]) -> dict[Path, str]:
     return {
         folder / name: source
         for folder, names in by_folder.items()
-        for name, source in exports_in(folder, names).items()
+        for name, source in find_exports_in_folder(folder, names).items()
     }
 
 
 def without_exports(clips: Iterable[Path]) -> list[Path]:
-    """Return the clips that are not exports, in the same order (see :func:`exports_among`)."""
+    """Return the clips that are not exports (:func:`find_exported_clips`), in the same order."""
     paths = list(clips)
-    exported = exports_among(paths)
+    exported = find_exported_clips(paths)
     return [path for path in paths if path not in exported]
 
 
-def exports_in(folder: Path | str, clips: Collection[str]) -> dict[str, str]:
+def find_exports_in_folder(folder: Path | str, clips: Collection[str]) -> dict[str, str]:
     """Return the sources of the exports among the clips of one folder, keyed by name.
 
     Only clips that have a session or report, or the name of an export, are examined (see
-    :func:`exports_among`).
+    :func:`find_exported_clips`).
     """
     names, found = frozenset(clips), {}
     try:
@@ -146,8 +146,8 @@ def _read_head(clip: str, modified: int, size: int) -> bytes:
     with Path(clip).open("rb") as file:
         if not zipfile.is_zipfile(file):
             file.seek(0)
-            head = narrow_head(file.read(_HEAD))
-            if kind_of(head) is PICKLE:  # an export has other arrays of equal size
+            head = first_bytes_as_utf8(file.read(_HEAD))
+            if detect_file_kind(head) is PICKLE:  # an export has other arrays of equal size
                 return str(size).encode() + head.partition(b"smpl_poses")[0]
             return head.partition(b"MOTION")[0]
         with suppress(zipfile.BadZipFile), zipfile.ZipFile(file) as archive:

@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from twistcore.errors import ClipMismatchError, TwistError
-from twistcore.export.compare import Difference, compare, move_to_json
+from twistcore.export.compare import Difference, compare_motions, move_to_json
 from twistcore.files.ordinary import read_file
-from twistcore.formats.clip_files import clips_by_name, special_files_in
+from twistcore.formats.clip_files import clips_by_name, fifos_and_devices_in
 from twistcore.formats.reading import read_clip
 from twistcore.work.frozen import dataclass
-from twistcore.work.processes import each, reason
-from twistcore.work.progress import Counter, uncounted
+from twistcore.work.processes import describe_failure, map_in_processes
+from twistcore.work.progress import Counter, silent_clip_progress
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class FolderDifference:
 
 
 def compare_folders(
-    a: Path, b: Path, *, workers: int = 1, counter: Counter = uncounted
+    a: Path, b: Path, *, workers: int = 1, counter: Counter = silent_clip_progress
 ) -> FolderDifference:
     """Compare the clips in two folders and their subfolders.
 
@@ -71,16 +71,18 @@ def compare_folders(
     of_a, of_b = clips_by_name(a), clips_by_name(b)
     both = sorted(of_a.keys() & of_b.keys())
     found: dict[str, Difference | None] = {}
-    odd = special_files_in(b) | special_files_in(a)  # opening a FIFO would wait for its writer
+    odd = fifos_and_devices_in(b) | fifos_and_devices_in(
+        a
+    )  # opening a FIFO would wait for its writer
     failed = {
         name: f"{path}: expected a file, found a FIFO, a socket or a device"
         for name, path in odd.items()
     }
     both = [name for name in both if name not in odd]
     with counter(len(both)) as tell:
-        for name, result in each(partial(_compare_clip, a, b), both, workers):
+        for name, result in map_in_processes(partial(_compare_clip, a, b), both, workers):
             if isinstance(result, Exception):
-                failed[name] = reason(name, result)
+                failed[name] = describe_failure(name, result)
             else:
                 found[name] = result
             tell(name)
@@ -106,7 +108,7 @@ def _compare_clip(a: Path, b: Path, name: str) -> Difference | None:
         return None
     clip_a, clip_b = read_clip(path_a), read_clip(path_b)
     try:
-        return compare(clip_a.motion, clip_b.motion)
+        return compare_motions(clip_a.motion, clip_b.motion)
     except ClipMismatchError as error:
         raise ClipMismatchError(f"{path_a}, {path_b}: {error}") from None
 
@@ -146,7 +148,7 @@ def _clip_to_json(name: str, difference: Difference) -> dict[str, Any]:
     return {
         "clip": name,
         "frames": difference.frames,
-        "max_deg": largest_degrees(difference),
+        "max_deg": largest_rotation_difference(difference),
         "joints": list(joints.values()),
         "max_position_of_height": difference.max_position_of_height,
         "changed_position_channels": difference.moved_channels,
@@ -154,6 +156,6 @@ def _clip_to_json(name: str, difference: Difference) -> dict[str, Any]:
     }
 
 
-def largest_degrees(difference: Difference) -> float:
+def largest_rotation_difference(difference: Difference) -> float:
     """Return the largest rotation difference of any joint, in degrees, or 0 if there is none."""
     return max((j.max_degrees for j in difference.joints), default=0.0)

@@ -10,14 +10,14 @@ from functools import cached_property
 from pathlib import Path, PurePath
 
 from twistcore.errors import FormatError, TwistError
-from twistcore.export.exported_clips import exports_among
-from twistcore.export.replay import replayed, uncorrected_sentences, unknown_kind_sentences
+from twistcore.export.exported_clips import find_exported_clips
+from twistcore.export.replay import replay_session, uncorrected_sentences, unknown_kind_sentences
 from twistcore.files.atomic import write_atomically, write_companions
-from twistcore.files.document_values import bytes_of, parsed_json
+from twistcore.files.document_values import parsed_json, read_bytes_limited
 from twistcore.files.encoding import json_text
-from twistcore.files.marks import file_mark
-from twistcore.files.ordinary import check_no_links, is_there, real_path
-from twistcore.formats.clip import ChannelJump, rewritten
+from twistcore.files.marks import cached_sha256
+from twistcore.files.ordinary import check_no_links, path_exists, real_path
+from twistcore.formats.clip import ChannelJump, patch_clip
 from twistcore.formats.clip_files import clips_by_name
 from twistcore.tuning.folder_sessions import read_sessions
 from twistcore.work.frozen import dataclass
@@ -117,7 +117,7 @@ def pair_sessions(sessions: Path, clips: Path, output: Path) -> Pairs:
         there = {
             n: p for n, p in there.items() if not (real_path(clips) / n).is_relative_to(inside)
         }
-    exported = exports_among(there.values())
+    exported = find_exported_clips(there.values())
     exports = {name for name, path in there.items() if path in exported}
     files = _Clips(there, exports)
     problems: list[str] = []
@@ -185,11 +185,11 @@ class _Clips:
 
     def _mark(self, name: str) -> str:
         with suppress(OSError):
-            return file_mark(self._paths[name])
+            return cached_sha256(self._paths[name])
         return ""
 
 
-def replay_into(output: Path, own: Mapping[str, str], pair: SessionClip) -> Replayed:
+def write_replayed_clip(output: Path, own: Mapping[str, str], pair: SessionClip) -> Replayed:
     """Write a clip, corrected by its session, into a folder.
 
     The bytes are the same as those written by `apply`.
@@ -207,15 +207,15 @@ def replay_into(output: Path, own: Mapping[str, str], pair: SessionClip) -> Repl
     ------
     TwistError
         If a different file with this name exists. Other errors are those of
-        :func:`twistcore.export.replay.replayed`.
+        :func:`twistcore.export.replay.replay_session`.
     """
-    replay = replayed(pair.session, pair.clip)
-    patch = rewritten(replay.clip, replay.motion)
+    replay = replay_session(pair.session, pair.clip)
+    patch = patch_clip(replay.clip, replay.motion)
     path = output / pair.name
     check_no_links(output, path.parent)
     mark, before = hashlib.sha256(patch.data).hexdigest(), ""
-    if is_there(path) or path.is_symlink():
-        before = file_mark(path)
+    if path_exists(path) or path.is_symlink():
+        before = cached_sha256(path)
         if before not in (mark, own.get(pair.name)):
             raise TwistError(
                 f"{path} was not written by this command; move the file, or choose another folder"
@@ -231,16 +231,16 @@ def replay_into(output: Path, own: Mapping[str, str], pair: SessionClip) -> Repl
     return Replayed(mark, before != mark, len(chosen), repairable, patch.jumps, left, beside)
 
 
-def read_written(output: Path) -> dict[str, str]:
+def read_replayed_clip_hashes(output: Path) -> dict[str, str]:
     """Return the SHA-256 of the files that this command wrote into a folder, keyed by name.
 
     Raises TwistError if the list of these files cannot be read.
     """
     path, own = output / WRITTEN, dict[str, str]()
     check_no_links(output, path)
-    if not is_there(path):
+    if not path_exists(path):
         return own
-    lines = bytes_of(path).decode("utf-8", errors="replace").split("\n")
+    lines = read_bytes_limited(path).decode("utf-8", errors="replace").split("\n")
     for number, line in enumerate(lines):
         entry = None
         with suppress(FormatError):  # skip an incomplete line
@@ -252,10 +252,10 @@ def read_written(output: Path) -> dict[str, str]:
     return own
 
 
-def note_written(output: Path, name: str, sha256: str) -> None:
+def add_replayed_clip_hash(output: Path, name: str, sha256: str) -> None:
     """Add a clip to the list of files that this command wrote into a folder. Raises OSError."""
     path = output / WRITTEN
-    new = not is_there(path)
+    new = not path_exists(path)
     head = json_text({"schema": _SCHEMA}, indent=None)
     line = json_text({"clip": name, "sha256": sha256}, indent=None)
     with path.open("a", encoding="utf-8") as file:

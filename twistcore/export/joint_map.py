@@ -8,7 +8,13 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from twistcore.errors import FormatError
-from twistcore.files.document_values import bytes_of, errors_naming, has, parsed_json, text
+from twistcore.files.document_values import (
+    check_keys,
+    check_string,
+    parsed_json,
+    prefix_format_errors,
+    read_bytes_limited,
+)
 from twistcore.quamo.topology import CMU_NAMES, SMPL_NAMES
 from twistcore.skeleton.body import find_body
 from twistcore.skeleton.motion import Motion
@@ -19,11 +25,13 @@ def read_joint_map(path: Path) -> Mapping[str, str]:
 
     Raises FormatError if the file is neither, and TwistError if it cannot be read.
     """
-    data = bytes_of(path).removeprefix(codecs.BOM_UTF8)
-    with errors_naming(path):
+    data = read_bytes_limited(path).removeprefix(codecs.BOM_UTF8)
+    with prefix_format_errors(path):
         if data.lstrip()[:1] in (b"{", b"["):
-            document = has(parsed_json(data))
-            return {old: text(new, f"the new name of {old}") for old, new in document.items()}
+            document = check_keys(parsed_json(data))
+            return {
+                old: check_string(new, f"the new name of {old}") for old, new in document.items()
+            }
         lines = data.decode("utf-8", "surrogateescape").splitlines()
         between = next((mark for mark in ",;\t" if any(mark in line for line in lines)), ",")
         rows = [*csv.reader(lines, delimiter=between)]
@@ -35,7 +43,7 @@ def read_joint_map(path: Path) -> Mapping[str, str]:
         return dict(row for row in rows if row)
 
 
-def names_of_naming(motion: Motion, naming: str) -> Mapping[str, str]:
+def joint_names_in_scheme(motion: Motion, naming: str) -> Mapping[str, str]:
     """Return new names for the recognised joints, keyed by old name.
 
     `naming` is the scheme of the new names, 'cmu' or 'smpl'.

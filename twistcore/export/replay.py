@@ -5,13 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from twistcore.analysis.correction.joint_repairs import JointRepairs, moves_joints
-from twistcore.analysis.correction.twist_removal import children_off_axis, refine, stuck_joints
+from twistcore.analysis.correction.joint_repairs import JointRepairs, repair_moves_joints
+from twistcore.analysis.correction.twist_removal import (
+    children_off_axis,
+    joints_lacking_channels,
+    refine,
+)
 from twistcore.detection import Interval, Kind
 from twistcore.errors import ClipMismatchError, TwistError
-from twistcore.export.interrupted import interruption_sentence
+from twistcore.export.interrupted import interrupted_export_sentence
 from twistcore.export.tracking import check_tracking, tracked_motion
-from twistcore.files.document_values import shown_value
+from twistcore.files.document_values import format_value_for_message
 from twistcore.formats.clip import Clip
 from twistcore.formats.reading import read_clip
 from twistcore.review import Decision, ReviewState, Session, read_session
@@ -65,12 +69,12 @@ class Replay:
     notes: tuple[str, ...] = ()
 
 
-def replayed(session_path: Path, clip_path: Path) -> Replay:
+def replay_session(session_path: Path, clip_path: Path) -> Replay:
     """Read a session and its clip, and correct the clip. Raises TwistError or OSError."""
     session = read_session(session_path)
     clip = read_clip(clip_path, fps=session.fps)
-    chains = chains_of(session, clip)
-    notes = tuple(filter(None, (interruption_sentence(session_path),)))
+    chains = session_chains(session, clip)
+    notes = tuple(filter(None, (interrupted_export_sentence(session_path),)))
     return Replay(session, clip, chains, accepted_motion(clip, chains, session.state), notes)
 
 
@@ -98,8 +102,8 @@ def uncorrected_sentences(
                     f"{clip.path}: {name} is not on the axis of {chain.name}, so the correction "
                     f"moves it by up to {share:.1e} of the figure's height"
                 )
-    alone = JointRepairs(correctable(clip.motion, chains, chosen)).intervals
-    moving = dict.fromkeys(i.joint for i in alone if moves_joints(clip.motion, i))
+    alone = JointRepairs(correctable_intervals(clip.motion, chains, chosen)).intervals
+    moving = dict.fromkeys(i.joint for i in alone if repair_moves_joints(clip.motion, i))
     moved += [f"{clip.path}: correcting {name} also moves the joints below it" for name in moving]
     return left, tuple(moved)
 
@@ -127,7 +131,7 @@ def uncorrected_chain_sentences(
     left = []
     twists = [i for i in chosen if i.repairable]
     for chain in chains:
-        if joints := stuck_joints(motion, chain, twists):
+        if joints := joints_lacking_channels(motion, chain, twists):
             some = uncorrectable_joints(motion, chain, carried=True) != joints
             where = " in intervals that keep the end of the limb" if some else ""
             left.append(
@@ -138,36 +142,37 @@ def uncorrected_chain_sentences(
             f"{alone.joint} was not corrected, because these joints do not have three "
             f"rotation channels: {', '.join(joints)}"
             for alone in JointRepairs(i for i in chosen if i.chain == chain.name).intervals
-            if (joints := stuck_joints(motion, chain, [alone]))
+            if (joints := joints_lacking_channels(motion, chain, [alone]))
         ]
     return tuple(dict.fromkeys(left))
 
 
-def correctable(
+def correctable_intervals(
     motion: Motion, chains: Sequence[Chain], chosen: Sequence[Interval]
 ) -> tuple[Interval, ...]:
     """Return the intervals that :func:`accepted_motion` corrects."""
     by_name = {chain.name: chain for chain in chains}
-    return tuple(i for i in chosen if not stuck_joints(motion, by_name[i.chain], [i]))
+    return tuple(i for i in chosen if not joints_lacking_channels(motion, by_name[i.chain], [i]))
 
 
-def chains_of(session: Session, clip: Clip) -> tuple[Chain, ...]:
+def session_chains(session: Session, clip: Clip) -> tuple[Chain, ...]:
     """Return the chains and limbs of a clip, as specified by a session.
 
-    Raises ClipMismatchError if the session does not fit the clip, as in :func:`check_belongs`.
+    Raises ClipMismatchError if the session does not fit the clip, as in
+    :func:`check_session_fits_clip`.
     """
-    check_bytes(session, clip)
+    check_session_hash(session, clip)
     try:
         chains = session.state.rig.chains(clip.motion)
     except TwistError as error:
         raise ClipMismatchError(
             f"{clip.path}: the session and the clip have different chains: {error}"
         ) from None
-    check_belongs(session, clip, chains)
+    check_session_fits_clip(session, clip, chains)
     return chains
 
 
-def check_bytes(session: Session, clip: Clip) -> None:
+def check_session_hash(session: Session, clip: Clip) -> None:
     """Raise ClipMismatchError unless a session was made for a clip with exactly these bytes."""
     if session.sha256 != clip.sha256:
         raise ClipMismatchError(
@@ -175,12 +180,12 @@ def check_bytes(session: Session, clip: Clip) -> None:
         )
 
 
-def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None:
+def check_session_fits_clip(session: Session, clip: Clip, chains: Sequence[Chain]) -> None:
     """Raise ClipMismatchError unless a session's hash, chains, frames and tracking fit a clip.
 
     `chains` are the chains and limbs of the clip.
     """
-    check_bytes(session, clip)
+    check_session_hash(session, clip)
     by_name = {chain.name: chain for chain in chains}
     for judged in session.state.intervals:
         interval = judged.interval
@@ -188,7 +193,8 @@ def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None
         if chain is None or isinstance(chain, Limb) != flips:
             what = "limb" if flips else "chain"
             raise ClipMismatchError(
-                f"{clip.path}: the session has a {what} {shown_value(interval.chain)}, but "
+                f"{clip.path}: the session has a {what} "
+                f"{format_value_for_message(interval.chain)}, but "
                 "the clip has none with this name"
             )
         if interval.correctable and not interval.repairable:
@@ -208,6 +214,7 @@ def _check_joint(clip: Clip, interval: Interval) -> None:
     """Raise ClipMismatchError unless the clip has the joint of an accepted interval."""
     if interval.joint not in clip.motion.skeleton.names:
         raise ClipMismatchError(
-            f"{clip.path}: the session corrects a joint {shown_value(interval.joint)}, but "
+            f"{clip.path}: the session corrects a joint "
+            f"{format_value_for_message(interval.joint)}, but "
             "the clip has no joint with this name"
         )

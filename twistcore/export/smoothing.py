@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.detection import Interval
-from twistcore.detection.cuts import leading_frames
+from twistcore.detection.cuts import count_leading_rest_frames
 from twistcore.errors import TwistError
-from twistcore.files.document_values import shown_words
-from twistcore.quamo.bursts import NoisySpan, burst_cutoff, noisy_spans, smooth_spans
-from twistcore.quamo.spline import check_cutoff
-from twistcore.quamo.track_clip import TrackedMotion, chosen_joints, smooth_clip
+from twistcore.files.document_values import shorten_foreign_message
+from twistcore.quamo.bursts import NoisySpan, noise_burst_cutoff, noisy_spans, smooth_spans
+from twistcore.quamo.spline import check_spline_cutoff
+from twistcore.quamo.track_clip import TrackedMotion, select_writable_joints, smooth_clip
 from twistcore.review.model import Tracking
 from twistcore.skeleton.motion import Motion
 
@@ -24,7 +24,7 @@ def burst_tracking(motion: Motion, interval: Interval, known: Tracking | None) -
     noise.
     """
     names, index = motion.skeleton.names, motion.skeleton.index
-    able = set(chosen_joints(motion.skeleton, None).tolist())
+    able = set(select_writable_joints(motion.skeleton, None).tolist())
     bursts = {
         (span.joint, span.start, span.stop)
         for span in noisy_spans(motion)
@@ -37,19 +37,19 @@ def burst_tracking(motion: Motion, interval: Interval, known: Tracking | None) -
         tuple(names[joint] for joint in sorted({joint for joint, _, _ in bursts})),
         causal=False,
         spline=True,
-        cutoff=burst_cutoff(motion.frame_time),
+        cutoff=noise_burst_cutoff(motion.frame_time),
         bursts=tuple((names[joint], start, stop) for joint, start, stop in sorted(bursts)),
     )
 
 
 def check_smoothing(motion: Motion, tracking: Tracking) -> None:
     """Raise TwistError if a motion cannot be smoothed with these settings."""
-    check_cutoff(tracking.cutoff, motion.frame_time)
+    check_spline_cutoff(tracking.cutoff, motion.frame_time)
     for name, start, stop in tracking.bursts:
         if stop > motion.frames:
             raise TwistError(
                 f"expected frames up to {motion.frames}, found {start}–{stop} in a burst of "
-                f"{shown_words(name)}"
+                f"{shorten_foreign_message(name)}"
             )
 
 
@@ -59,7 +59,7 @@ def smoothed_motion(motion: Motion, joints: NDArray[np.int64], tracking: Trackin
     `joints` are the indices of the joints, which are ignored if the settings list bursts. The
     result contains no tracker steps.
     """
-    first = leading_frames(motion)
+    first = count_leading_rest_frames(motion)
     if tracking.bursts:
         index = motion.skeleton.index
         spans = [NoisySpan(index(name), start, stop) for name, start, stop in tracking.bursts]

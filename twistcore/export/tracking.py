@@ -10,29 +10,29 @@ from functools import cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.detection.cuts import leading_frames
+from twistcore.detection.cuts import count_leading_rest_frames
 from twistcore.errors import TwistError
 from twistcore.export.smoothing import check_smoothing, smoothed_motion
-from twistcore.files.document_values import shown_words
+from twistcore.files.document_values import shorten_foreign_message
 from twistcore.quamo.network import Network, read_network
 from twistcore.quamo.stability import check_stability
 from twistcore.quamo.state_space import Gains
-from twistcore.quamo.topology import find_topology, metres_per_unit
+from twistcore.quamo.topology import find_network_joints, metres_per_unit
 from twistcore.quamo.track_clip import (
     TrackedMotion,
-    check_place,
-    chosen_joints,
-    joints_of_24,
-    track_by_hand,
-    track_learned,
+    check_position_trackable,
+    select_network_joints,
+    select_writable_joints,
+    track_with_hand_gains,
+    track_with_network,
 )
 from twistcore.quamo.tracker import Step
-from twistcore.quamo.weights import weights_file
+from twistcore.quamo.weights import default_network_path
 from twistcore.review.model import Tracking
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, vector_lengths
 from twistcore.work.frozen import dataclass
-from twistcore.work.progress import Tell, nobody
+from twistcore.work.progress import Tell, ignore_progress
 
 WARNING = (
     "Tracking blurs sudden offsets without removing them, so it may hide twist errors. "
@@ -72,26 +72,26 @@ class Traces:
 
 
 @cache
-def weights_mark() -> str:
+def network_weights_identifier() -> str:
     """Return the identifier of the built-in networks, which sessions store.
 
     The identifier consists of 16 digits of their SHA-256.
     """
-    return hashlib.sha256(weights_file().read_bytes()).hexdigest()[:16]
+    return hashlib.sha256(default_network_path().read_bytes()).hexdigest()[:16]
 
 
 @cache
 def _network() -> Network:
-    return read_network(weights_file())
+    return read_network(default_network_path())
 
 
-def knows_learned(motion: Motion) -> bool:
+def supports_learned_tracking(motion: Motion) -> bool:
     """Return True if the built-in networks can track a motion.
 
     This requires a supported skeleton, a known length unit, and position channels of the root.
     """
     try:
-        topology = find_topology(motion.skeleton)
+        topology = find_network_joints(motion.skeleton)
         metres_per_unit(motion.skeleton)
     except TwistError:
         return False
@@ -102,19 +102,20 @@ def check_tracking(motion: Motion, tracking: Tracking) -> None:
     """Raise TwistError if a motion cannot be tracked with these settings."""
     joints = _joints(motion, tracking)
     if tracking.place:
-        check_place(motion, learned=tracking.learned)
+        check_position_trackable(motion, learned=tracking.learned)
     if tracking.spline:
         check_smoothing(motion, tracking)
         return
     if not tracking.learned:
         check_stability(_gains(tracking, motion.frame_time), motion.frame_time)
         return
-    joints_of_24(motion.skeleton, joints, strict=True)
+    select_network_joints(motion.skeleton, joints, strict=True)
     metres_per_unit(motion.skeleton)
-    if tracking.weights != weights_mark():
-        named = shown_words(tracking.weights) or "–"
+    if tracking.weights != network_weights_identifier():
+        named = shorten_foreign_message(tracking.weights) or "–"
         raise TwistError(
-            f"expected the networks {named}, found {weights_mark()}: the session's gains were "
+            f"expected the networks {named}, found {network_weights_identifier()}: the session's "
+            "gains were "
             "learned with another version of the program"
         )
 
@@ -124,7 +125,7 @@ def tracked_motion(motion: Motion, tracking: Tracking, tell: Tell | None = None)
 
     `tell` is called with the completed share, 0…1. Raises TwistError as in :func:`check_tracking`.
     """
-    return _tracked(motion, tracking, tell or nobody, keep_steps=False).motion
+    return _tracked(motion, tracking, tell or ignore_progress, keep_steps=False).motion
 
 
 def traced_motion(
@@ -134,7 +135,7 @@ def traced_motion(
 
     Parameters and errors are as in :func:`tracked_motion`.
     """
-    found = _tracked(motion, tracking, tell or nobody, keep_steps=True)
+    found = _tracked(motion, tracking, tell or ignore_progress, keep_steps=True)
     joints = _joints(motion, tracking)
     own = found.joints.tolist()
     columns = np.array([own.index(j) for j in joints.tolist()], dtype=np.intp)
@@ -153,16 +154,16 @@ def _tracked(motion: Motion, tracking: Tracking, tell: Tell, *, keep_steps: bool
         return smoothed_motion(motion, joints, tracking)
     gains = _gains(tracking, motion.frame_time)
     track = (
-        partial(track_learned, network=_network())
+        partial(track_with_network, network=_network())
         if tracking.learned
-        else (partial(track_by_hand, gains=gains))
+        else (partial(track_with_hand_gains, gains=gains))
     )
     return track(
         motion,
         joints,
         causal=tracking.causal,
         place=tracking.place,
-        first=leading_frames(motion),
+        first=count_leading_rest_frames(motion),
         keep_steps=keep_steps,
         tell=tell,
     )
@@ -171,7 +172,7 @@ def _tracked(motion: Motion, tracking: Tracking, tell: Tell, *, keep_steps: bool
 def _joints(motion: Motion, tracking: Tracking) -> NDArray[np.int64]:
     if not tracking.joints:  # only the position is tracked
         return np.zeros(0, dtype=np.int64)
-    return chosen_joints(motion.skeleton, tracking.joints)
+    return select_writable_joints(motion.skeleton, tracking.joints)
 
 
 def _gains(tracking: Tracking, dt: float) -> Gains:

@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import IO
 
 from twistcore.errors import TwistError
-from twistcore.files.lock import lock, lock_for_certain
-from twistcore.files.ordinary import is_there, read_file
+from twistcore.files.lock import lock_file, lock_file_strictly
+from twistcore.files.ordinary import path_exists, read_file
 
 STANDARD_OUTPUT = Path("/dev/stdout")  # means standard output, even if there is no such file
 
@@ -65,7 +65,7 @@ def writing_atomically(path: Path) -> Iterator[IO[bytes]]:
     try:
         descriptor = _descriptor_to_write(path)
         if descriptor is None:
-            with _replacing(destination(path)) as file:
+            with _replacing(resolve_write_path(path)) as file:
                 yield file
         else:
             with os.fdopen(descriptor, "wb") as file:
@@ -78,14 +78,15 @@ def move_into_place(part: Path, end: Path) -> None:
     """Rename a finished temporary file to `end`, which is in the same folder.
 
     The file gets the permissions and the owner of the replaced file, as in
-    :func:`write_atomically`. `end` must not be a link (see :func:`destination`). Raises OSError.
+    :func:`write_atomically`. `end` must not be a link (see :func:`resolve_write_path`). Raises
+    OSError.
     """
     _copy_permissions(part, end)
     part.replace(end)
     sync_folder(end.parent)
 
 
-def destination(path: Path) -> Path:
+def resolve_write_path(path: Path) -> Path:
     """Follow links from a path, and return the path at their end, which need not exist.
 
     An open descriptor of this process is not followed, although Linux shows it as a link. Raises
@@ -112,7 +113,7 @@ def destination(path: Path) -> Path:
     )
 
 
-def remove_leftovers(folder: Path) -> None:
+def remove_half_written_files(folder: Path) -> None:
     """Remove the half-written files that killed programs left in a folder and its subfolders.
 
     Files of other programs, files of other users and files in use are kept.
@@ -127,21 +128,21 @@ def is_stream(path: Path) -> bool:
 
     Raises OSError.
     """
-    end = destination(path)
+    end = resolve_write_path(path)
     return _descriptor_number(end) is not None or _kind(path) in _STREAMS
 
 
 def is_standard_output(path: Path) -> bool:
     """Return True if a path leads to standard output."""
     try:
-        return _descriptor_number(destination(path)) == 1
+        return _descriptor_number(resolve_write_path(path)) == 1
     except OSError:
         return False
 
 
 def same_file(a: Path, b: Path) -> bool:
     """Return True if both paths lead to the same existing file, for example through a link."""
-    return is_there(a) and is_there(b) and a.samefile(b)
+    return path_exists(a) and path_exists(b) and a.samefile(b)
 
 
 def _descriptor_number(end: Path) -> int | None:
@@ -162,7 +163,7 @@ def _descriptor_to_write(path: Path) -> int | None:
     """
     if not is_stream(path):
         return None
-    number = _descriptor_number(destination(path))
+    number = _descriptor_number(resolve_write_path(path))
     if number is not None:  # a second open() would write from the start of the file
         return os.dup(number)
     return os.open(path, os.O_WRONLY | getattr(os, "O_NOCTTY", 0) | getattr(os, "O_BINARY", 0))
@@ -176,7 +177,7 @@ def _kind(path: Path) -> int:
         return 0
 
 
-def part_name(end: Path, suffix: str = "") -> Path:
+def temporary_file_path(end: Path, suffix: str = "") -> Path:
     """Return the name of the temporary file for a path.
 
     The name is always the same, so that a file left by a killed program is found. A name that is
@@ -200,7 +201,7 @@ def open_temporary(part: Path) -> tuple[int, Path]:
         _remove_left(part)
         with contextlib.suppress(FileExistsError):
             handle = os.open(part, os.O_RDWR | os.O_CREAT | os.O_EXCL | _BINARY, 0o600)
-            if lock(handle) and _is_at(part, handle):
+            if lock_file(handle) and _is_at(part, handle):
                 return handle, part
             os.close(handle)  # another process has removed the file before it was locked
             continue
@@ -208,13 +209,13 @@ def open_temporary(part: Path) -> tuple[int, Path]:
     import tempfile  # slow to load; few files need another name
 
     handle, name = tempfile.mkstemp(dir=part.parent, prefix=f"{part.stem}.", suffix=part.suffix)
-    lock(handle)
+    lock_file(handle)
     return handle, Path(name)
 
 
 @contextlib.contextmanager
 def _replacing(end: Path) -> Iterator[IO[bytes]]:
-    handle, part = open_temporary(part_name(end))
+    handle, part = open_temporary(temporary_file_path(end))
     try:
         with os.fdopen(handle, "wb") as file:
             yield file
@@ -242,7 +243,7 @@ def _remove_left(part: Path) -> None:
     except OSError:
         return
     try:
-        if lock_for_certain(handle) and _is_at(part, handle):
+        if lock_file_strictly(handle) and _is_at(part, handle):
             part.unlink()
     finally:
         os.close(handle)
@@ -291,7 +292,7 @@ def sync_folder(folder: Path) -> None:
             os.close(handle)
 
 
-def free_name(path: Path, suffix: str = "") -> Path:
+def first_unused_path(path: Path, suffix: str = "") -> Path:
     """Return the first of NAME, NAME-2, NAME-3 … that does not exist in the path's folder.
 
     NAME is the name of `path` followed by `suffix`.
@@ -309,7 +310,7 @@ def write_companions(companions: Mapping[str, bytes], folder: Path) -> None:
     `companions` contains the bytes of the files, keyed by name. Raises TwistError before writing
     anything if an existing file has different bytes, and OSError if writing fails.
     """
-    missing = {name: data for name, data in companions.items() if not is_there(folder / name)}
+    missing = {name: data for name, data in companions.items() if not path_exists(folder / name)}
     for name in companions.keys() - missing.keys():
         if read_file(folder / name) != companions[name]:
             raise TwistError(

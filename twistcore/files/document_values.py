@@ -39,7 +39,7 @@ _SHOWN.maxlevel, _SHOWN.maxlist, _SHOWN.maxdict = 2, 4, 3
 _HALF = 100  # characters kept at each end of a text that is still too long
 
 
-def bytes_of(path: Path, most: int = _MOST_BYTES) -> bytes:
+def read_bytes_limited(path: Path, most: int = _MOST_BYTES) -> bytes:
     """Return the bytes of a file. Raises TwistError if unreadable or larger than `most` bytes."""
     try:
         with open_to_read(path) as file:
@@ -70,7 +70,7 @@ def parsed_toml(data: bytes) -> dict[str, Any]:
     except RecursionError:
         raise FormatError("expected TOML with fewer nested levels") from None
     except ValueError as error:
-        raise FormatError(f"expected TOML ({shown_words(error)})") from None
+        raise FormatError(f"expected TOML ({shorten_foreign_message(error)})") from None
 
 
 def parsed_json(data: bytes | str) -> Any:
@@ -80,7 +80,7 @@ def parsed_json(data: bytes | str) -> Any:
     except RecursionError:
         raise FormatError("expected JSON with fewer nested levels") from None
     except ValueError as error:
-        raise FormatError(f"expected JSON ({shown_words(error)})") from None
+        raise FormatError(f"expected JSON ({shorten_foreign_message(error)})") from None
 
 
 def _whole(digits: str) -> int:
@@ -99,28 +99,28 @@ def _no_number(word: str) -> float:
     raise ValueError(f"{word} is not a number")
 
 
-def shown_value(value: object) -> str:
+def format_value_for_message(value: object) -> str:
     """Return a value as text for a message: short, on one line, and printable."""
     shown = _SHOWN.repr(value)
     return shown if len(shown) <= 2 * _HALF else f"{shown[:_HALF]}…{shown[-_HALF:]}"
 
 
-def shown_words(said: object) -> str:
+def shorten_foreign_message(said: object) -> str:
     """Shorten a message from another program and escape its unprintable characters."""
     words = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(said)[:200])
     return words if len(str(said)) <= 200 else f"{words}…"
 
 
-def unexpected(expected: str, what: str, value: object) -> FormatError:
+def unexpected_value_error(expected: str, what: str, value: object) -> FormatError:
     """Return a FormatError that states the expected value, the actual value, and their place.
 
     `what` is the name of the place in the document.
     """
-    return FormatError(f"expected {expected} for {what}, found {shown_value(value)}")
+    return FormatError(f"expected {expected} for {what}, found {format_value_for_message(value)}")
 
 
 @contextmanager
-def errors_naming(place: object) -> Iterator[None]:
+def prefix_format_errors(place: object) -> Iterator[None]:
     """Add `place` at the start of the message of any FormatError raised in the block."""
     try:
         yield
@@ -128,24 +128,24 @@ def errors_naming(place: object) -> Iterator[None]:
         raise FormatError(f"{place}: {error}") from None
 
 
-def has(document: Any, *keys: str, what: str = "the document") -> Mapping[str, Any]:
+def check_keys(document: Any, *keys: str, what: str = "the document") -> Mapping[str, Any]:
     """Return the document. Raises FormatError unless it is a JSON object with all of these keys."""
     if not isinstance(document, Mapping):
-        raise unexpected("an object", what, document)
+        raise unexpected_value_error("an object", what, document)
     for key in keys:
         if key not in document:
             raise FormatError(f"the key {key} is missing")
     return document
 
 
-def text(value: Any, what: str) -> str:
+def check_string(value: Any, what: str) -> str:
     """Return the value. Raises FormatError if it is not a string."""
     if not isinstance(value, str):
-        raise unexpected("a string", what, value)
+        raise unexpected_value_error("a string", what, value)
     return value
 
 
-def path_text(value: Any, what: str) -> str:
+def check_path_string(value: Any, what: str) -> str:
     """Return the value. Raises FormatError if it cannot be a path.
 
     The path may contain surrogate escapes, which represent bytes that are not UTF-8.
@@ -157,17 +157,17 @@ def path_text(value: Any, what: str) -> str:
             return str(value)
     except UnicodeEncodeError:
         pass
-    raise unexpected("a path", what, value)
+    raise unexpected_value_error("a path", what, value)
 
 
-def flag(value: Any, what: str) -> bool:
+def check_bool(value: Any, what: str) -> bool:
     """Return the value. Raises FormatError if it is not a bool."""
     if not isinstance(value, bool):
-        raise unexpected("true or false", what, value)
+        raise unexpected_value_error("true or false", what, value)
     return value
 
 
-def number(value: Any, what: str, low: float = -LARGEST, high: float = LARGEST) -> float:
+def check_number(value: Any, what: str, low: float = -LARGEST, high: float = LARGEST) -> float:
     """Return the value as a float.
 
     Raises FormatError unless it is a number from `low` to `high`. NaN, infinity and bools are not
@@ -175,21 +175,21 @@ def number(value: Any, what: str, low: float = -LARGEST, high: float = LARGEST) 
     """
     good = isinstance(value, int | float) and not isinstance(value, bool)
     if not (good and low <= value <= high):
-        raise unexpected(f"a number{_bounds(low, high, LARGEST)}", what, value)
+        raise unexpected_value_error(f"a number{_bounds(low, high, LARGEST)}", what, value)
     return float(value)
 
 
-def above_zero(value: Any, what: str) -> float:
+def check_positive_number(value: Any, what: str) -> float:
     """Return the value as a float. Raises FormatError unless it is a finite number above 0."""
-    if not (number(value, what) > 0.0):
-        raise unexpected("a number above 0", what, value)
+    if not (check_number(value, what) > 0.0):
+        raise unexpected_value_error("a number above 0", what, value)
     return float(value)
 
 
-def whole(value: Any, what: str, low: int = 0, high: int = 2**53) -> int:
+def check_integer(value: Any, what: str, low: int = 0, high: int = 2**53) -> int:
     """Return the value. Raises FormatError unless it is an integer from `low` to `high`."""
     if not (isinstance(value, int) and not isinstance(value, bool) and low <= value <= high):
-        raise unexpected(f"a whole number{_bounds(low, high, 2**53)}", what, value)
+        raise unexpected_value_error(f"a whole number{_bounds(low, high, 2**53)}", what, value)
     return value
 
 
@@ -199,40 +199,40 @@ def _bounds(low: float, high: float, most: float) -> str:
     return f" of at least {low}" if low > -most else ""
 
 
-def one_of(value: Any, what: str, known: Collection[str]) -> str:
+def check_choice(value: Any, what: str, known: Collection[str]) -> str:
     """Return the value. Raises FormatError unless it is one of the strings in `known`."""
     if not (isinstance(value, str) and value in known):
-        raise unexpected(" or ".join(map(repr, known)), what, value)
+        raise unexpected_value_error(" or ".join(map(repr, known)), what, value)
     return value
 
 
-def items(value: Any, what: str) -> list[Any]:
+def check_list(value: Any, what: str) -> list[Any]:
     """Return the value as a list. Raises FormatError if it is not a list."""
     if not isinstance(value, list | tuple):
-        raise unexpected("a list", what, value)
+        raise unexpected_value_error("a list", what, value)
     return list(value)
 
 
-def texts(value: Any, what: str) -> tuple[str, ...]:
+def check_string_list(value: Any, what: str) -> tuple[str, ...]:
     """Return the value as a tuple. Raises FormatError if it is not a list of strings."""
-    if not all(isinstance(one, str) for one in items(value, what)):
-        raise unexpected("a list of strings", what, value)
+    if not all(isinstance(one, str) for one in check_list(value, what)):
+        raise unexpected_value_error("a list of strings", what, value)
     return tuple(value)
 
 
 def read_each(value: Any, what: str, read: Callable[[Any], _Value]) -> tuple[_Value, ...]:
     """Apply `read` to every item of a list. If an item is invalid, the error states its number."""
     found = []
-    for k, one in enumerate(items(value, what), start=1):
-        with errors_naming(f"{what}, number {k}"):
+    for k, one in enumerate(check_list(value, what), start=1):
+        with prefix_format_errors(f"{what}, number {k}"):
             found.append(read(one))
     return tuple(found)
 
 
-def frames(entry: Mapping[str, Any], last: int = MOST_FRAMES) -> tuple[int, int]:
+def read_frame_span(entry: Mapping[str, Any], last: int = MOST_FRAMES) -> tuple[int, int]:
     """Return an entry's `start` and `stop`. Raises FormatError unless they are a span of frames.
 
     The span must not be empty. `last` is the largest allowed value of `stop`.
     """
-    start = whole(entry["start"], "start", 0, last - 1)
-    return start, whole(entry["stop"], "stop", start + 1, last)
+    start = check_integer(entry["start"], "start", 0, last - 1)
+    return start, check_integer(entry["stop"], "stop", start + 1, last)

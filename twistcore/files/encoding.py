@@ -30,22 +30,22 @@ _DEFUSED = f"^'{_AT_START}|(?<=[;\t\r\n])'{_BEHIND}"
 _NUMBER = r"-?[0-9]+(\.[0-9]*)?(e[+-]?[0-9]+)?"
 
 
-def encoded(text: str) -> bytes:
+def encode_utf8(text: str) -> bytes:
     """Encode text as UTF-8. Bytes that were not valid UTF-8 become backslash escapes."""
     return text.encode("utf-8", "backslashreplace")
 
 
-def escaped(text: str) -> str:
+def escape_invalid_utf8(text: str) -> str:
     """Return text in which bytes that were not valid UTF-8 are backslash escapes."""
-    return encoded(text).decode("utf-8")
+    return encode_utf8(text).decode("utf-8")
 
 
-def unescaped(text: str) -> str:
-    """Replace the escapes written by :func:`escaped` with the original surrogates."""
+def unescape_invalid_utf8(text: str) -> str:
+    """Replace the escapes written by :func:`escape_invalid_utf8` with the original surrogates."""
     return re.sub(_ESCAPED, lambda found: chr(int(found[1], 16)), text)
 
 
-def legible(text: object, *, lines: bool = False, most: int = 0) -> str:
+def escape_control_characters(text: object, *, lines: bool = False, most: int = 0) -> str:
     r"""Return an object's text with all control characters escaped, such as `\x1b`.
 
     Set `lines` to True to keep line ends and tabs. `most` is the maximum number of characters
@@ -56,14 +56,16 @@ def legible(text: object, *, lines: bool = False, most: int = 0) -> str:
     return re.sub(obeyed, lambda found: repr(found[0])[1:-1], part)
 
 
-def legible_json(text: str) -> str:
+def escape_json_control_characters(text: str) -> str:
     r"""Return a line of JSON in which control characters are JSON escapes, such as `\u001b`."""
     return re.sub(_OBEYED, lambda found: f"\\u{ord(found[0]):04x}", text)
 
 
 def json_text(document: Any, *, indent: int | None = 1) -> str:
     """Return a document as JSON text. Raises ValueError if a number is not finite."""
-    return escaped(json.dumps(document, indent=indent, ensure_ascii=False, allow_nan=False))
+    return escape_invalid_utf8(
+        json.dumps(document, indent=indent, ensure_ascii=False, allow_nan=False)
+    )
 
 
 def json_bytes(document: Any, *, indent: int | None = 1) -> bytes:
@@ -73,13 +75,14 @@ def json_bytes(document: Any, *, indent: int | None = 1) -> bytes:
 
 def toml_string(text: str) -> str:
     """Return a string as a quoted TOML string. Unlike JSON, TOML requires DEL to be escaped."""
-    return json.dumps(escaped(text), ensure_ascii=False).replace("\x7f", "\\u007f")
+    return json.dumps(escape_invalid_utf8(text), ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def csv_text(columns: Iterable[str], rows: Iterable[Mapping[str, Any]]) -> str:
     """Return rows as CSV with a header. None becomes an empty cell.
 
-    An apostrophe is added to text that a spreadsheet would read as a formula (:func:`cell`).
+    An apostrophe is added to text that a spreadsheet would read as a formula
+    (:func:`escape_csv_cell`).
     """
     names = list(columns)
     return csv_lines([names, *([row.get(name) for name in names] for row in rows)])
@@ -91,7 +94,9 @@ def csv_lines(rows: Iterable[Iterable[Any]]) -> str:
 
     lines = _Lines()
     # With this terminator, the writer quotes cells with \r or \n.
-    csv.writer(lines, lineterminator="\r\n").writerows([cell(x) for x in row] for row in rows)
+    csv.writer(lines, lineterminator="\r\n").writerows(
+        [escape_csv_cell(x) for x in row] for row in rows
+    )
     return "".join(lines)
 
 
@@ -103,16 +108,17 @@ class _Lines(list[str]):
         self.append(line.removesuffix("\r\n") + "\n")
 
 
-def cell(value: Any) -> Any:
+def escape_csv_cell(value: Any) -> Any:
     """Return a value for a CSV cell, with an apostrophe before text that looks like a formula.
 
-    Numbers stay unchanged, including negative ones. :func:`text_in_cell` removes the apostrophe.
+    Numbers stay unchanged, including negative ones. :func:`unescape_csv_cell` removes the
+    apostrophe.
     """
     if not isinstance(value, str) or re.fullmatch(_NUMBER, value):
         return value
     return re.sub(_FORMULA, "'", value)
 
 
-def text_in_cell(text: str) -> str:
-    """Return the text in a CSV cell without the apostrophe that :func:`cell` added."""
+def unescape_csv_cell(text: str) -> str:
+    """Return the text in a CSV cell without the apostrophe that :func:`escape_csv_cell` added."""
     return text if re.fullmatch(_NUMBER, text) else re.sub(_DEFUSED, "", text)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-from twistcore.files.wide_text import narrow_head
+from twistcore.files.wide_text import first_bytes_as_utf8
 
 LOOKED_AT = 512  # number of bytes at the start of a file from which its kind is recognised
 
@@ -85,25 +85,25 @@ _BEGINNINGS: tuple[tuple[bytes, FileKind], ...] = (
 )
 
 
-def kind_of(head: bytes) -> FileKind | None:
+def detect_file_kind(head: bytes) -> FileKind | None:
     """Return the kind of a file from its first 512 bytes, or None if unknown.
 
     Text may be in UTF-8, UTF-16 or UTF-32.
     """
-    head = narrow_head(head)
+    head = first_bytes_as_utf8(head)
     for beginning, kind in _BEGINNINGS:
         if head.startswith(beginning):
             return kind
     return _zip(head) or _film(head) or _pickle(head) or _c3d(head) or _text(head)
 
 
-def found_instead(head: bytes, *expected: FileKind) -> str | None:
+def wrong_file_kind_message(head: bytes, *expected: FileKind) -> str | None:
     """Return a message such as 'expected a BVH file, but this is a PNG image', or None.
 
     `head` contains the first bytes of a file. `expected` are the kinds that the reader accepts; the
     message mentions the first of them. The result is None for an expected or unknown kind.
     """
-    kind = kind_of(head)
+    kind = detect_file_kind(head)
     if kind is None or kind in expected:
         return None
     clips = (BVH, NPZ, AMC)  # renaming the file helps only if a clip is expected

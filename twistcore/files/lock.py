@@ -15,7 +15,7 @@ _AT_ONCE = getattr(os, "O_NONBLOCK", 0)  # opening a FIFO would wait for its wri
 _FAR = 1 << 40  # position of the byte to lock, beyond the data, since Windows locks bytes
 
 
-def lock(handle: int) -> bool:
+def lock_file(handle: int) -> bool:
     """Lock an open file, given by its descriptor.
 
     Returns False if it is already locked through another open file. Returns True on a file system
@@ -30,7 +30,7 @@ def lock(handle: int) -> bool:
     return True
 
 
-def lock_for_certain(handle: int) -> bool:
+def lock_file_strictly(handle: int) -> bool:
     """Lock an open file. Return False if it is already locked, or if locks are not supported."""
     try:
         _lock(handle)
@@ -39,7 +39,7 @@ def lock_for_certain(handle: int) -> bool:
     return True
 
 
-def is_held(path: Path) -> bool:
+def is_file_locked(path: Path) -> bool:
     """Return True if a running program has locked the file.
 
     Return False if the file cannot be opened.
@@ -49,7 +49,7 @@ def is_held(path: Path) -> bool:
     except OSError:
         return False
     try:
-        return not lock(handle)
+        return not lock_file(handle)
     finally:
         os.close(handle)
 

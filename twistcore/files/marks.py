@@ -22,7 +22,7 @@ def sha256_of(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def file_mark(path: Path) -> str:
+def cached_sha256(path: Path) -> str:
     """Return the SHA-256 of a file. It is computed again only if the file has changed.
 
     Thread-safe. Raises OSError.
@@ -38,17 +38,17 @@ def file_mark(path: Path) -> str:
     return mark
 
 
-def found_file(places: Iterable[Path], mark: str) -> Path | None:
+def find_file_by_sha256(places: Iterable[Path], mark: str) -> Path | None:
     """Return the first path in `places` with the SHA-256 `mark`, or else the first that exists.
 
     The result is None if no path exists.
     """
     there = [path for path in places if is_file(path)]
-    return next((path for path in there if file_mark(path) == mark), (*there, None)[0])
+    return next((path for path in there if cached_sha256(path) == mark), (*there, None)[0])
 
 
-def takes_long(path: Path) -> bool:
-    """Return True if :func:`file_mark` would take so long that a thread should call it.
+def is_slow_to_hash(path: Path) -> bool:
+    """Return True if :func:`cached_sha256` would take so long that a thread should call it.
 
     The result is False if the file is missing.
     """
@@ -58,7 +58,7 @@ def takes_long(path: Path) -> bool:
     return False
 
 
-def forget_marks(paths: Iterable[Path]) -> None:
+def forget_cached_hashes(paths: Iterable[Path]) -> None:
     """Remove files from the cache, so that they are read again."""
     for path in paths:
         _marks.pop(path, None)

@@ -37,10 +37,10 @@ def open_to_read(path: Path | str) -> BufferedReader:
     path = Path(path)
     if _was_given(path):
         return path.open("rb")
-    check_ordinary(path, path.stat().st_mode)  # first, since opening some devices has effects
+    check_regular_file(path, path.stat().st_mode)  # first, since opening some devices has effects
     file = open(path, "rb", opener=lambda name, flags: os.open(name, flags | _AT_ONCE))  # noqa: SIM115
     try:
-        check_ordinary(path, os.fstat(file.fileno()).st_mode)
+        check_regular_file(path, os.fstat(file.fileno()).st_mode)
     except OSError:
         file.close()
         raise
@@ -62,7 +62,7 @@ def check_no_links(folder: Path, path: Path) -> None:
             )
 
 
-def is_there(path: Path | str) -> bool:
+def path_exists(path: Path | str) -> bool:
     """Return True if a path exists, False if not or if this cannot be determined.
 
     Unlike `Path.exists`, the function raises no error for a name that is too long or for a folder
@@ -76,7 +76,7 @@ def is_file(path: Path | str) -> bool:
     return os.path.isfile(path)  # noqa: PTH113
 
 
-def own_folder(find: Callable[[], Path]) -> Path:
+def user_folder(find: Callable[[], Path]) -> Path:
     """Return one of the user's folders, such as the cache folder.
 
     `find` is the function of platformdirs that returns the folder. If there is no home folder, a
@@ -105,7 +105,7 @@ def _was_given(path: Path) -> bool:
     )
 
 
-def check_ordinary(path: Path, mode: int) -> None:
+def check_regular_file(path: Path, mode: int) -> None:
     """Raise OSError unless a file with this mode, from `stat`, is a regular file."""
     if refused := _REFUSED.get(stat.S_IFMT(mode)):
         code, why = refused

@@ -10,7 +10,7 @@ import numpy as np
 _KINDS = {"f4": "<f4", "u2": "<u2", "i2": "<i2", "u1": "u1", "u4": "<u4"}
 
 
-def packed(values: Any, kind: str) -> dict[str, str]:
+def encode_base64_array(values: Any, kind: str) -> dict[str, str]:
     """Encode an array as little-endian numbers in base64.
 
     `kind` is the type of the numbers, such as 'f4' (see _KINDS).

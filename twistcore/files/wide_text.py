@@ -44,13 +44,13 @@ class WideText:
         return text.decode("utf-8", "surrogatepass").encode(self.codec, "surrogatepass") + self.rest
 
 
-def wide_text(data: bytes) -> WideText | None:
+def decode_utf16_or_utf32(data: bytes) -> WideText | None:
     """Decode a file in UTF-16 or UTF-32, with or without a byte order mark.
 
     The result is None for other encodings. Raises UnicodeDecodeError if UTF-32 contains a number
     that is not a character.
     """
-    codec = wide_codec(data)
+    codec = utf16_or_utf32_codec(data)
     if codec is None:
         return None
     end = len(data) - len(data) % _WIDTHS[codec]
@@ -59,26 +59,26 @@ def wide_text(data: bytes) -> WideText | None:
     return WideText(text, codec, data[end:])
 
 
-def wide_codec(data: bytes) -> str | None:
+def utf16_or_utf32_codec(data: bytes) -> str | None:
     """Return the codec of text in UTF-16 or UTF-32 from its first bytes, or None."""
     marked = next((codec for mark, codec in _MARKS if data.startswith(mark)), None)
     return marked or next((codec for codec in _WIDTHS if _is_ascii(data, codec)), None)
 
 
-def wide_instead(data: bytes) -> str | None:
+def utf16_or_utf32_message(data: bytes) -> str | None:
     """Return an error message if a file is in UTF-16 or UTF-32, or None if it is not.
 
     The message is used by readers that do not accept these encodings.
     """
-    codec = wide_codec(data)
+    codec = utf16_or_utf32_codec(data)
     if codec is None:
         return None
     return f"expected text in UTF-8 or ASCII, found {codec[:6].upper()}; save it as UTF-8"
 
 
-def narrow_head(head: bytes) -> bytes:
+def first_bytes_as_utf8(head: bytes) -> bytes:
     """Return the first bytes of a file, converted to UTF-8 if they are in UTF-16 or UTF-32."""
-    codec = wide_codec(head)
+    codec = utf16_or_utf32_codec(head)
     return head if codec is None else head.decode(codec, "ignore").encode("utf-8", "ignore")
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from twistcore.errors import TwistError
 from twistcore.files.atomic import is_stream, same_file, write_atomically, write_companions
-from twistcore.formats.suffixes import clip_suffix, why_not_written
+from twistcore.formats.suffixes import clip_suffix, unsupported_suffix_message
 from twistcore.skeleton.motion import Motion, Skeleton, check_motion
 from twistcore.skeleton.notation import angle_step
 from twistcore.skeleton.rotation import Array
@@ -45,7 +45,7 @@ class ClipWarning:
         return self.text if self.line is None else f"Line {self.line}: {self.text}"
 
 
-def first_warnings(warnings: Sequence[ClipWarning]) -> list[ClipWarning]:
+def shorten_warning_list(warnings: Sequence[ClipWarning]) -> list[ClipWarning]:
     """Return the first warnings and, if there are more, one that counts the rest.
 
     A file may have thousands of warnings.
@@ -55,7 +55,7 @@ def first_warnings(warnings: Sequence[ClipWarning]) -> list[ClipWarning]:
     return [*warnings[:_WARNINGS], ClipWarning(f"{left} more warnings are not shown.")]
 
 
-def too_few_numbers(joints: int, frames: int, columns: int) -> str | None:
+def too_few_numbers_message(joints: int, frames: int, columns: int) -> str | None:
     """Return an error message if a file has too few numbers for its joints and frames, or None.
 
     A damaged or malicious file can declare many joints and many frames in a few bytes, but the
@@ -255,7 +255,7 @@ def changed_rotations(clip: Clip, motion: Motion) -> NDArray[np.bool_]:
     return changed
 
 
-def rewritten(clip: Clip, motion: Motion) -> Patch:
+def patch_clip(clip: Clip, motion: Motion) -> Patch:
     """Return the file's bytes, with all rotations and positions replaced by those of `motion`.
 
     Numbers that do not differ keep their bytes.
@@ -265,9 +265,9 @@ def rewritten(clip: Clip, motion: Motion) -> Patch:
     return clip.patched(motion, changed_rotations(clip, motion), positions=moved)
 
 
-def check_ending(clip: Clip, path: Path) -> None:
+def check_clip_suffix(clip: Clip, path: Path) -> None:
     """Raise TwistError if the path's suffix belongs to a format other than the clip's."""
-    if refused := why_not_written(path, f".{clip.format}"):
+    if refused := unsupported_suffix_message(path, f".{clip.format}"):
         raise TwistError(f"{path}: {refused}")
     if clip_suffix(path) not in ("", f".{clip.format}"):
         raise TwistError(
@@ -328,13 +328,13 @@ def write_clip(
     0
     """
     path = Path(path)
-    check_ending(clip, path)
+    check_clip_suffix(clip, path)
     if not replace_source and not is_stream(path) and same_file(path, clip.path):
         raise TwistError(
             f"{path}: expected a file other than the clip's own source (set "
             "replace_source=True to replace it)"
         )
-    patch = rewritten(clip, motion)
+    patch = patch_clip(clip, motion)
     if not is_stream(path):
         write_companions(clip.companions, path.parent)
     write_atomically(path, patch.data)

@@ -11,10 +11,14 @@ from numpy.typing import NDArray
 
 from twistcore.errors import TwistError
 from twistcore.files.atomic import write_atomically
-from twistcore.files.encoding import escaped, json_bytes
-from twistcore.skeleton.figure import up_letter
+from twistcore.files.encoding import escape_invalid_utf8, json_bytes
+from twistcore.skeleton.figure import vertical_axis_letter
 from twistcore.skeleton.motion import Motion, check_motion
-from twistcore.skeleton.rotation import Array, continuous_signs, quaternion_from_axis_angle
+from twistcore.skeleton.rotation import (
+    Array,
+    continuous_quaternion_signs,
+    quaternion_from_axis_angle,
+)
 
 _FLOAT = 5126  # glTF's number for 32-bit floats
 _LARGEST = float(np.finfo(np.float32).max)  # the largest such float
@@ -64,7 +68,7 @@ def glb_bytes(motion: Motion, name: str, unit: float = 1.0) -> bytes:
     # Node j is joint j. The last node holds the figure.
     nodes: list[_Words] = [
         {
-            "name": escaped(joint),
+            "name": escape_invalid_utf8(joint),
             "translation": (unit * offset).tolist(),
             **({"children": list(below)} if below else {}),
         }
@@ -73,10 +77,10 @@ def glb_bytes(motion: Motion, name: str, unit: float = 1.0) -> bytes:
         )
     ]
     figure: _Words = {
-        "name": escaped(name),
+        "name": escape_invalid_utf8(name),
         "children": np.flatnonzero(skeleton.parents < 0).tolist(),
     }
-    if up_letter(motion) == "Z":
+    if vertical_axis_letter(motion) == "Z":
         turn = quaternion_from_axis_angle(np.array([1.0, 0.0, 0.0]), -np.pi / 2)
         figure["rotation"] = _scalar_last(turn).tolist()
     times = arrays.add(motion.times[:, None], limits=True)
@@ -87,7 +91,7 @@ def glb_bytes(motion: Motion, name: str, unit: float = 1.0) -> bytes:
         channels.append({"sampler": len(samplers), "target": {"node": joint, "path": path}})
         samplers.append({"input": times, "output": arrays.add(values)})
 
-    for joint, q in enumerate(continuous_signs(motion.rotations).swapaxes(0, 1)):
+    for joint, q in enumerate(continuous_quaternion_signs(motion.rotations).swapaxes(0, 1)):
         animate(joint, "rotation", _scalar_last(q))
     for joint, places in zip(motion.positioned, motion.positions.swapaxes(0, 1), strict=True):
         animate(joint, "translation", unit * places)
@@ -98,7 +102,9 @@ def glb_bytes(motion: Motion, name: str, unit: float = 1.0) -> bytes:
             "scenes": [{"nodes": [len(skeleton)]}],
             "nodes": [*nodes, figure],
             "skins": [{"joints": list(range(len(skeleton))), "skeleton": len(skeleton)}],
-            "animations": [{"name": escaped(name), "channels": channels, "samplers": samplers}],
+            "animations": [
+                {"name": escape_invalid_utf8(name), "channels": channels, "samplers": samplers}
+            ],
             "accessors": arrays.accessors,
             "bufferViews": arrays.views,
             "buffers": [{"byteLength": len(arrays.data)}],

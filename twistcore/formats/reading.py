@@ -21,7 +21,7 @@ def is_clip(path: str | Path) -> bool:
     return bool(clip_suffix(path))
 
 
-def file_prefix(path: str | Path) -> str:
+def companion_file_prefix(path: str | Path) -> str:
     """Return a prefix for the names of files that belong to a clip, unique in the clip's folder.
 
     For a BVH file, the prefix is the name without its suffix, so the session of 05_05.bvh is
@@ -51,7 +51,7 @@ def _named(function: str) -> Callable[..., Any]:
     return found
 
 
-def is_other_data(path: str | Path) -> bool:
+def is_clip_without_motion(path: str | Path) -> bool:
     """Return True if a file has a clip's suffix but no motion, like an .npz with a body's shape.
 
     Only the archive's directory or the beginning of the pickle is read. The result is False for a

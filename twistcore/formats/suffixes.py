@@ -82,12 +82,12 @@ def clip_suffix(name: PurePath | str) -> str:
     return suffix if suffix in CLIP_SUFFIXES else ""
 
 
-def other_format(name: PurePath | str) -> str:
+def unsupported_format_name(name: PurePath | str) -> str:
     """Return the unsupported motion format that has a file's suffix, such as 'FBX', or ''."""
     return _OTHERS.get(PurePath(name).suffix.lower(), "")
 
 
-def why_not_written(name: PurePath | str, endings: str) -> str:
+def unsupported_suffix_message(name: PurePath | str, endings: str) -> str:
     """Return an error message if a file name has the suffix of an unsupported format, or ''.
 
     `endings` names the supported suffixes in the message, such as '.bvh'.
@@ -97,7 +97,7 @@ def why_not_written(name: PurePath | str, endings: str) -> str:
             f"expected a name that ends in {endings}, as the clip's own name does (`twistcore "
             "convert` then makes a .glb from it)"
         )
-    kind = other_format(name)
+    kind = unsupported_format_name(name)
     return kind and (
         f"expected a name that ends in {endings}, as the clip's own name does, because {kind}"
         " files cannot be written (`twistcore export` makes a script for the scene that a "

@@ -68,7 +68,7 @@ def track_both_ways(
     )
     ahead, back = found.q[:, _FORWARDS], found.q[::-1, _BACKWARDS]
     return TrackResult(
-        half_way(ahead, back),
+        halfway_rotations(ahead, back),
         0.5 * (found.r[:, _FORWARDS] + found.r[::-1, _BACKWARDS]),
         found.snapped[:, _FORWARDS] | found.snapped[::-1, _BACKWARDS],
         tuple(_of_direction(step, _FORWARDS) for step in found.steps),
@@ -77,7 +77,7 @@ def track_both_ways(
     )
 
 
-def half_way(a: Array, b: Array) -> Array:
+def halfway_rotations(a: Array, b: Array) -> Array:
     """Return the rotations halfway from a to b, (…, 4), along the shorter arc.
 
     The resulting quaternions are in the hemisphere of a. If a and b are swapped, the result is the

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from twistcore.detection.noise_bursts import noise_bursts
-from twistcore.detection.runs import overlapping
-from twistcore.quamo.pieces import pieces
-from twistcore.quamo.spline import smoothed_rotations, usual_cutoff
+from twistcore.detection.runs import group_overlapping_spans
+from twistcore.quamo.pieces import capture_spans
+from twistcore.quamo.spline import default_spline_cutoff, rotations_smoothed_by_spline
 from twistcore.skeleton.motion import Motion
 from twistcore.work.frozen import dataclass
 
@@ -29,9 +29,9 @@ class NoisySpan:
     stop: int
 
 
-def burst_cutoff(dt: float) -> float:
+def noise_burst_cutoff(dt: float) -> float:
     """Return the default cut-off in Hz for noise bursts, given the frame time `dt` in seconds."""
-    return min(_CUTOFF, usual_cutoff(dt))
+    return min(_CUTOFF, default_spline_cutoff(dt))
 
 
 def noisy_spans(motion: Motion) -> tuple[NoisySpan, ...]:
@@ -42,7 +42,7 @@ def noisy_spans(motion: Motion) -> tuple[NoisySpan, ...]:
     """
     border = max(1, round(_BORDER * motion.fps))
     found = []
-    for group in overlapping(noise_bursts(motion), round(_APART * motion.fps)):
+    for group in group_overlapping_spans(noise_bursts(motion), round(_APART * motion.fps)):
         start = max(min(b.start for b in group) - border, 0)
         stop = min(max(b.stop for b in group) + border, motion.frames)
         found += [NoisySpan(joint, start, stop) for joint in sorted({b.joint for b in group})]
@@ -55,17 +55,17 @@ def smooth_spans(
     """Return the motion with smoothed rotations in the given spans.
 
     No other values change. A span is not smoothed across a cut or before the frame `first`.
-    `cutoff` is the cut-off in Hz, by default the result of :func:`burst_cutoff`. Raises TwistError
-    if the cut-off does not fit the frame rate of the clip.
+    `cutoff` is the cut-off in Hz, by default the result of :func:`noise_burst_cutoff`. Raises
+    TwistError if the cut-off does not fit the frame rate of the clip.
     """
-    cutoff = burst_cutoff(motion.frame_time) if cutoff is None else cutoff
+    cutoff = noise_burst_cutoff(motion.frame_time) if cutoff is None else cutoff
     rotations = motion.rotations.copy()
-    captures = pieces(motion, first)
+    captures = capture_spans(motion, first)
     for span in spans:
         for start, stop in captures:
             own = max(span.start, start) - start, min(span.stop, stop) - start
             if own[0] < own[1]:
                 q = motion.rotations[start:stop, span.joint]
-                made = smoothed_rotations(q, cutoff, motion.frame_time, own)
+                made = rotations_smoothed_by_spline(q, cutoff, motion.frame_time, own)
                 rotations[start:stop, span.joint] = made
     return motion.with_rotations(rotations)

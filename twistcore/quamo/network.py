@@ -26,8 +26,8 @@ from twistcore.quamo.state_space import (
     FIRST_ORDER,
     NETWORK_DT,
     Gains,
-    increment,
-    short_vector,
+    canonical_vector_part,
+    reference_increment,
 )
 from twistcore.quamo.topology import JOINTS
 from twistcore.quamo.tracker import Controller, State
@@ -67,7 +67,7 @@ class Network:
     Attributes
     ----------
     weights
-        The arrays of :func:`weight_shapes`, float32, keyed by name.
+        The arrays of :func:`network_weight_shapes`, float32, keyed by name.
     variant
         The variant, a key of VARIANTS.
     note
@@ -121,11 +121,11 @@ class NetworkController(Controller):
             return super().start(q_hat, r_hat)
         w = self.network.weights
         cos, sin = root_heading(q_hat[..., 0, :])
-        rate = 2.0 * increment(self._q[1], self._q[0]) / NETWORK_DT
+        rate = 2.0 * reference_increment(self._q[1], self._q[0]) / NETWORK_DT
         speed = (self._r[1] - self._r[0]) / NETWORK_DT
         inputs = np.concatenate(
             [
-                standardised(w, pose_inputs(q_hat)),
+                standardise_pose_inputs(w, network_pose_inputs(q_hat)),
                 OMEGA_SCALE * _flat(_root_turned(rate, cos, sin)),
                 _into(speed, cos, sin),
                 np.stack([cos, sin], axis=-1),
@@ -153,21 +153,21 @@ class NetworkController(Controller):
         if abs(dt - NETWORK_DT) > 1e-6:
             raise UnstableGainsError(f"learned gains work at 25 Hz, not at {1.0 / dt:g}")
         w = self.network.weights
-        inputs, (cos, sin) = control_inputs(w, state, q_hat, r_hat)
+        inputs, (cos, sin) = control_network_inputs(w, state, q_hat, r_hat)
         out = _perceptron(w, "control", inputs)
         out[..., BIAS_OUTPUTS] += inputs.astype(np.float32) @ w["control.skip"]
-        return gains_from_outputs(out, cos, sin, self.network.variant)
+        return gains_from_network_outputs(out, cos, sin, self.network.variant)
 
 
-def control_inputs(
+def control_network_inputs(
     w: Mapping[str, Float32], state: State, q_hat: Array, r_hat: Array
 ) -> tuple[Array, tuple[Array, Array]]:
     """Return the inputs of ControlNet, (…, CONTROL_INPUTS), and the heading (cos ψ, sin ψ)."""
     cos, sin = root_heading(state.q[..., 0, :])
-    error = short_vector(multiply(q_hat, conjugate(state.q)))
+    error = canonical_vector_part(multiply(q_hat, conjugate(state.q)))
     inputs = np.concatenate(
         [
-            standardised(w, pose_inputs(state.q)),
+            standardise_pose_inputs(w, network_pose_inputs(state.q)),
             ERROR_SCALE * _flat(_root_turned(error, cos, sin)),
             OMEGA_SCALE * _flat(_root_turned(state.omega, cos, sin)),
             ERROR_SCALE * _into(r_hat - state.r, cos, sin),
@@ -179,7 +179,7 @@ def control_inputs(
     return inputs, (cos, sin)
 
 
-def gains_from_outputs(out: Array, cos: Array, sin: Array, variant: str) -> Gains:
+def gains_from_network_outputs(out: Array, cos: Array, sin: Array, variant: str) -> Gains:
     """Convert the outputs of ControlNet, (…, CONTROL_OUTPUTS), to gains.
 
     The outputs are scaled to the ranges of the gains, and the root's bias is rotated from the
@@ -199,16 +199,17 @@ def gains_from_outputs(out: Array, cos: Array, sin: Array, variant: str) -> Gain
     )
 
 
-def pose_inputs(q: Array) -> Array:
-    """Return vec(±q) (:func:`short_vector`) of the 23 joints below the root, (…, 24, 4) → (…, 69).
+def network_pose_inputs(q: Array) -> Array:
+    """Return vec(±q) (:func:`canonical_vector_part`) of the 23 joints below the root, (…, 24, 4) →
+    (…, 69).
 
     The tilt of the root is not an input, because the network would overfit to the ways in which the
     training subjects bend and lie.
     """
-    return _flat(short_vector(q[..., 1:, :]))
+    return _flat(canonical_vector_part(q[..., 1:, :]))
 
 
-def standardised(w: Mapping[str, Float32], pose: Array) -> Array:
+def standardise_pose_inputs(w: Mapping[str, Float32], pose: Array) -> Array:
     """Standardise pose inputs with their mean and standard deviation in the training data.
 
     As a result, one degree has more weight in a joint that hardly rotates than in a joint that
@@ -272,7 +273,7 @@ def _perceptron(w: Mapping[str, Float32], name: str, inputs: Array) -> Array:
     return (h @ w[f"{name}.w3"] + w[f"{name}.b3"]).astype(np.float64)
 
 
-def weight_shapes(width: int, init_width: int) -> dict[str, tuple[int, ...]]:
+def network_weight_shapes(width: int, init_width: int) -> dict[str, tuple[int, ...]]:
     """Return the shapes of the arrays of a network, keyed by name.
 
     `width` and `init_width` are the numbers of units in the hidden layers of ControlNet and
@@ -294,13 +295,15 @@ def weight_shapes(width: int, init_width: int) -> dict[str, tuple[int, ...]]:
     return shapes
 
 
-def untrained(width: int, init_width: int, rng: np.random.Generator, variant: str) -> Network:
+def untrained_network(
+    width: int, init_width: int, rng: np.random.Generator, variant: str
+) -> Network:
     """Return a network to train. Its hidden layers are random, and it outputs the hand-tuned gains.
 
     κA is 20, since a sigmoid cannot be 0. All other gains are the defaults of :class:`Gains`.
     """
     weights: dict[str, Float32] = {}
-    for name, shape in weight_shapes(width, init_width).items():
+    for name, shape in network_weight_shapes(width, init_width).items():
         kind = name.split(".")[1]
         if kind in ("w1", "w2"):
             values = rng.standard_normal(shape) / np.sqrt(shape[0])
@@ -359,7 +362,7 @@ def read_network(path: Path) -> Network:
         arrays[k].shape[0] if k in arrays and arrays[k].ndim else 0
         for k in ("control.b1", "init.b1")
     ]
-    for name, shape in weight_shapes(*sizes).items():
+    for name, shape in network_weight_shapes(*sizes).items():
         if name not in arrays:
             raise FormatError(f"{path}: expected the array {name!r}, found none")
         if arrays[name].shape != shape or arrays[name].dtype.kind != "f":

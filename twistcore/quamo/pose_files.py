@@ -13,7 +13,7 @@ import numpy as np
 
 from twistcore.errors import NpzError, TwistError
 from twistcore.files.ordinary import read_file
-from twistcore.formats.npz.archive import LARGEST, npy_header, open_archive, unpack_limit
+from twistcore.formats.npz.archive import LARGEST, archive_unpack_limit, npy_header, open_archive
 from twistcore.formats.npz.pickled_arrays import LimitError, Unreadable, read_pickle
 
 SUFFIXES = (".npz", ".npy", ".pkl", ".pickle", ".joblib", ".pt", ".pth")
@@ -39,7 +39,7 @@ def is_pose_file(path: Path) -> bool:
     return path.suffix.lower() in SUFFIXES
 
 
-def read_names(path: Path) -> dict[Any, Any]:
+def read_pose_file(path: Path) -> dict[Any, Any]:
     """Return the contents of a pose file, keyed by name.
 
     The values are arrays, dicts, lists, strings and numbers. Pickles, including pickled dicts
@@ -69,22 +69,22 @@ def read_names(path: Path) -> dict[Any, Any]:
             f"{_CONVERT}"
         ) from None
     if not isinstance(found, dict):
-        raise PosesError(f"{path}: expected named arrays, found {described(found)}")
+        raise PosesError(f"{path}: expected named arrays, found {describe_pose_file_value(found)}")
     return found
 
 
-def described(value: Any) -> str:
+def describe_pose_file_value(value: Any) -> str:
     """Describe a value for a message: the shape of an array, or the contents of a dict or list."""
     if isinstance(value, np.ndarray):
         return f"{value.dtype} {value.shape}"
     if isinstance(value, dict):
         some = [f"{name} {_short(item)}".strip() for name, item in list(value.items())[:12]]
         more = f" and {len(value) - len(some)} more" if len(value) > len(some) else ""
-        return printable((", ".join(some) + more) or "nothing")
-    return printable(_short(value))
+        return printable_pose_file_text((", ".join(some) + more) or "nothing")
+    return printable_pose_file_text(_short(value))
 
 
-def printable(text: str) -> str:
+def printable_pose_file_text(text: str) -> str:
     """Shorten a string for a message, and replace unprintable characters such as line breaks."""
     return "".join(c if c.isprintable() else "?" for c in text[:1000])
 
@@ -107,7 +107,7 @@ def _decompressed(path: Path, data: bytes) -> bytes:
     for start, make in _COMPRESSED:
         if data.startswith(start):
             reader = make()
-            most = unpack_limit(len(data))
+            most = archive_unpack_limit(len(data))
             out: bytes = reader.decompress(data, most)
             if not reader.eof:
                 if len(out) >= most:

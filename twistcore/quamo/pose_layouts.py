@@ -8,9 +8,13 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from twistcore.quamo.pose_files import PosesError, described, printable
-from twistcore.quamo.pose_rotations import check_finite, pose_rotations
-from twistcore.quamo.resample import resampled
+from twistcore.quamo.pose_files import (
+    PosesError,
+    describe_pose_file_value,
+    printable_pose_file_text,
+)
+from twistcore.quamo.pose_rotations import check_finite, quaternions_from_poses
+from twistcore.quamo.resample import interpolate_poses_at_times
 from twistcore.quamo.topology import JOINTS
 from twistcore.skeleton.rotation import Array
 
@@ -88,7 +92,7 @@ def find_poses(path: Path, names: Names, person: str | None = None) -> Poses:
             "--person to choose one" if person is None else f"a person in the file, not {person}"
         )
         some = list(persons.items())[:30]
-        who = printable(", ".join(f"{k} ({_frames(v)} frames)" for k, v in some))
+        who = printable_pose_file_text(", ".join(f"{k} ({_frames(v)} frames)" for k, v in some))
         raise PosesError(f"{path}: expected {wanted}; the file contains {who}")
     return _poses(path, persons[next(iter(persons)) if person is None else person])
 
@@ -117,7 +121,7 @@ def _persons(path: Path, names: Names, *, inside: bool = False) -> dict[Any, Nam
             return {str(k): v for k, v in names.items()}
     raise PosesError(
         f"{path}: expected 'poses' and 'trans', or 'global_orient', 'body_pose' and 'transl', "
-        f"or an estimator's names (docs/quamo.md); found {described(names)}"
+        f"or an estimator's names (docs/quamo.md); found {describe_pose_file_value(names)}"
     )
 
 
@@ -144,7 +148,8 @@ def _by_axis(path: Path, names: Names) -> dict[Any, Names]:
     for name in used & names.keys():
         if _shape(names[name])[:1] != place.shape[:1]:
             raise PosesError(
-                f"{path}: expected {len(place)} people in {name}, found {described(names[name])}"
+                f"{path}: expected {len(place)} people in {name}, found "
+                f"{describe_pose_file_value(names[name])}"
             )
     own = {n: names[n] for n in used & names.keys()}
     shared = {n: names[n] for n in (*RATES, *_FRAMES, _OFFSETS, _UP) if n in names}
@@ -237,7 +242,7 @@ def _poses(path: Path, names: Names) -> Poses:
     row = next((row for row in rows if row[1] in names), rows[0] if rows else None)
     if row:
         pose, trans, up = row
-        rotations = pose_rotations(path, pose, _numbers(path, names, pose), _COUNTS, notes)
+        rotations = quaternions_from_poses(path, pose, _numbers(path, names, pose), _COUNTS, notes)
     else:
         root, body = _first(names, _ROOT) or "", _first(names, _BODY) or ""
         trans, up = _first(names, _PLACE) or "", "y" if str(names.get(_UP)) == "y" else None
@@ -247,7 +252,7 @@ def _poses(path: Path, names: Names) -> Poses:
                 f"{', '.join(_PLACE)}"
             )
         parts = [
-            pose_rotations(path, name, _numbers(path, names, name), counts, notes)
+            quaternions_from_poses(path, name, _numbers(path, names, name), counts, notes)
             for name, counts in ((root, (1,)), (body, (23, 21)))
         ]
         if len(parts[0]) != len(parts[1]):
@@ -303,7 +308,7 @@ def _at_frames(path: Path, names: Names, numbered: str, poses: Poses) -> Poses:
             f"{path}: too many frames are missing: {numbered} lists {len(ids)} of {span} frames"
         )
     times = np.interp(np.arange(ids[0], ids[-1] + 1), ids, np.arange(len(ids)))
-    rotations, places = resampled(poses.rotations, poses.places, times)
+    rotations, places = interpolate_poses_at_times(poses.rotations, poses.places, times)
     first = int(ids[np.argmax(np.diff(ids) > 1)]) + 1
     note = (
         f"{span - len(ids)} of {span} frames are missing, at most {int(np.diff(ids).max()) - 1} in "
@@ -320,14 +325,18 @@ def _numbers(path: Path, names: Names, name: str) -> Array:
     """Return the named array as float64, after stacking a list of arrays of the same shape."""
     found = names.get(name)
     if found is None:
-        raise PosesError(f"{path}: expected the array {name!r}, found {described(names)}")
+        raise PosesError(
+            f"{path}: expected the array {name!r}, found {describe_pose_file_value(names)}"
+        )
     if isinstance(found, list) and all(isinstance(item, _NUMERIC) for item in found):
         if len({np.shape(item) for item in found}) == 1:
             found = np.stack([np.asarray(item) for item in found])
     elif isinstance(found, _NUMERIC):
         found = np.asarray(found)
     if not isinstance(found, np.ndarray) or found.dtype.kind not in "fiu":
-        raise PosesError(f"{path}: expected numbers in {name!r}, found {described(found)}")
+        raise PosesError(
+            f"{path}: expected numbers in {name!r}, found {describe_pose_file_value(found)}"
+        )
     with np.errstate(invalid="ignore", over="ignore"):  # a signalling NaN causes a warning
         return np.asarray(found, dtype=np.float64)
 

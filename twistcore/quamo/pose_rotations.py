@@ -15,7 +15,7 @@ from twistcore.skeleton.rotation import Array, exponential
 _SILENT, _SAID = 1e-3, 0.05
 
 
-def pose_rotations(
+def quaternions_from_poses(
     path: Path, name: str, values: Array, counts: tuple[int, ...], notes: list[str]
 ) -> Array:
     """Convert axis-angle vectors or rotation matrices to unit quaternions, (frames, joints, 4).

@@ -11,10 +11,15 @@ from twistcore.errors import TwistError
 from twistcore.formats.bvh import parse_bvh, read_bvh
 from twistcore.formats.bvh.compose import bvh_text
 from twistcore.formats.clip import LONGEST, SHORTEST, Clip, ClipWarning
-from twistcore.quamo.pose_files import PosesError, read_names
+from twistcore.quamo.pose_files import PosesError, read_pose_file
 from twistcore.quamo.pose_layouts import Poses, find_poses
-from twistcore.quamo.rest_pose import rest_change
-from twistcore.quamo.topology import JOINTS, find_topology, metres_per_unit, skeleton_24
+from twistcore.quamo.rest_pose import smpl_rest_pose_change
+from twistcore.quamo.topology import (
+    JOINTS,
+    find_network_joints,
+    make_smpl_skeleton,
+    metres_per_unit,
+)
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, multiply, quaternion_from_axis_angle, rotate
 
@@ -61,7 +66,7 @@ def read_poses(
     OSError
         If a file cannot be read.
     """
-    poses = find_poses(path, read_names(path), person)
+    poses = find_poses(path, read_pose_file(path), person)
     rate = poses.rate if fps is None else fps
     if rate is None:
         raise PosesError(f"{path} has no frame rate; set the frame rate of the video with --fps")
@@ -75,7 +80,7 @@ def read_poses(
     rotations[:, 0] = multiply(turn, rotations[:, 0])
     # SMPL rotates the root about its rest position, so this position is added in the file's axes.
     places = rotate(turn, poses.places + offsets[0])
-    motion = Motion(skeleton_24(offsets), rotations, (0,), places[:, None], 1.0 / rate)
+    motion = Motion(make_smpl_skeleton(offsets), rotations, (0,), places[:, None], 1.0 / rate)
     clip = parse_bvh(bvh_text(motion).encode("utf-8", "surrogateescape"), path)
     told = tuple(ClipWarning(text) for text in (*poses.notes, *notes, *said))
     return replace(clip, warnings=clip.warnings + told)
@@ -100,10 +105,10 @@ def _on_skeleton(
         return given, poses.rotations.copy(), ()
     source = read_bvh(template).skeleton
     try:
-        offsets = find_topology(source).offsets
+        offsets = find_network_joints(source).offsets
         offsets = metres_per_unit(source, unit) * offsets
         offsets[0] = 0.0  # the rest position of a template's root has no meaning
-        change = rest_change(offsets, given)
+        change = smpl_rest_pose_change(offsets, given)
     except TwistError as error:
         raise PosesError(f"{template}: {error}") from None
     if given is not None:

@@ -12,7 +12,7 @@ _STEP = np.radians(30.0)  # small enough for a linear response, and realistic fo
 _FRAMES = 200  # length of the simulated step response
 
 
-def steady_lags(gains: Gains, dt: float) -> tuple[float, float]:
+def steady_tracking_lags(gains: Gains, dt: float) -> tuple[float, float]:
     """Return the lags of a joint and of the root's position behind steady motion, in seconds.
 
     A joint lags by 2κD/κP − Δt, since the error of a rotation by θ is sin(θ/2), and the root's
@@ -25,7 +25,7 @@ def steady_lags(gains: Gains, dt: float) -> tuple[float, float]:
     return float(np.max(joint)), float(np.max(place))
 
 
-def overshoots(gains: Gains, dt: float) -> tuple[float, float]:
+def tracking_overshoots(gains: Gains, dt: float) -> tuple[float, float]:
     """Return the overshoots of a joint and of the root's position after a step, as fractions.
 
     The step of the joint is 30°. The gains must be numbers, the same for every joint. `dt` is the
@@ -39,7 +39,7 @@ def overshoots(gains: Gains, dt: float) -> tuple[float, float]:
     return max(float(turned.max() / _STEP) - 1.0, 0.0), max(float(found.r.max()) - 1.0, 0.0)
 
 
-def response_words(name: str, late: float, over: float) -> str:
+def describe_lag_and_overshoot(name: str, late: float, over: float) -> str:
     """Describe the lag and the overshoot of a causal pass in words.
 
     `name` is the name of the tracked quantity, `late` is its lag in seconds, and `over` is its

@@ -74,7 +74,7 @@ class RestChange:
         return out
 
 
-def rest_change(offsets: Array, rest: Array | None = None) -> RestChange:
+def smpl_rest_pose_change(offsets: Array, rest: Array | None = None) -> RestChange:
     """Compute the rotations from the rest pose of a skeleton to SMPL's rest pose.
 
     The trunk keeps its shape: hips, spine and collars, where several bones meet at one joint, are

@@ -23,7 +23,7 @@ from scipy.linalg import solveh_banded
 
 from twistcore.errors import TwistError
 from twistcore.quamo.state_space import NETWORK_DT
-from twistcore.skeleton.rotation import Array, continuous_signs, normalise
+from twistcore.skeleton.rotation import Array, continuous_quaternion_signs, normalise
 
 # The default cut-off in Hz in a clip with 25 frames per second, chosen on the training subjects by
 # `python -m benchmarks.quamo_tune_rivals FOLDER`.
@@ -34,7 +34,7 @@ _LOWEST = 1e-3  # lowest allowed cut-off, as a share of the frame rate
 _SECOND = np.array([1.0, -2.0, 1.0])  # the weights of a second difference
 
 
-def usual_cutoff(dt: float) -> float:
+def default_spline_cutoff(dt: float) -> float:
     """Return the default cut-off in Hz for a frame time of `dt` seconds.
 
     It is 4 Hz at 25 frames per second, 5 Hz at 60, and 5.9 Hz at 120. The noise of a frame is
@@ -45,7 +45,7 @@ def usual_cutoff(dt: float) -> float:
     return float(min(CUTOFF * (NETWORK_DT / dt) ** 0.25, _HIGHEST_USUAL / dt))
 
 
-def check_cutoff(cutoff: float, dt: float) -> None:
+def check_spline_cutoff(cutoff: float, dt: float) -> None:
     """Raise TwistError if a cut-off in Hz does not fit a frame time of `dt` seconds.
 
     The cut-off must be below half of the frame rate and, because of rounding, at least a thousandth
@@ -59,7 +59,9 @@ def check_cutoff(cutoff: float, dt: float) -> None:
         )
 
 
-def smoothed(values: Array, cutoff: float, dt: float, span: tuple[int, int] | None = None) -> Array:
+def smoothed_by_spline(
+    values: Array, cutoff: float, dt: float, span: tuple[int, int] | None = None
+) -> Array:
     """Smooth values over time with a spline.
 
     Parameters
@@ -89,7 +91,7 @@ def smoothed(values: Array, cutoff: float, dt: float, span: tuple[int, int] | No
     out = values.copy()
     if high - low < 3:
         return out
-    check_cutoff(cutoff, dt)
+    check_spline_cutoff(cutoff, dt)
     weight = (2.0 * np.sin(np.pi * cutoff * dt)) ** -4
     frames, free = high - low, slice(start - low, stop - low)
     bands = np.zeros((3, frames))  # bands of the upper triangle, the diagonal last
@@ -108,16 +110,18 @@ def smoothed(values: Array, cutoff: float, dt: float, span: tuple[int, int] | No
     return out
 
 
-def smoothed_rotations(
+def rotations_smoothed_by_spline(
     q: Array, cutoff: float, dt: float, span: tuple[int, int] | None = None
 ) -> Array:
     """Smooth rotations over time with a spline, (frames, …, 4) → (frames, …, 4).
 
     The signs of the quaternions do not matter. The other parameters and the errors are the same as
-    for :func:`smoothed`.
+    for :func:`smoothed_by_spline`.
     """
     if span is None:
-        return normalise(smoothed(continuous_signs(q), cutoff, dt))
+        return normalise(smoothed_by_spline(continuous_quaternion_signs(q), cutoff, dt))
     out = q.copy()
-    out[slice(*span)] = normalise(smoothed(continuous_signs(q), cutoff, dt, span)[slice(*span)])
+    out[slice(*span)] = normalise(
+        smoothed_by_spline(continuous_quaternion_signs(q), cutoff, dt, span)[slice(*span)]
+    )
     return out

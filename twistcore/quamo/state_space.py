@@ -87,7 +87,7 @@ class AccelerationTerms:
     acceleration: Array
 
 
-def short_vector(q: Array) -> Array:
+def canonical_vector_part(q: Array) -> Array:
     """Return vec(±q): the axis of a rotation by θ times sin(θ/2), (…, 4) → (…, 3).
 
     The sign of the quaternion is chosen so that w ≥ 0.
@@ -95,7 +95,7 @@ def short_vector(q: Array) -> Array:
     return np.where(q[..., :1] < 0.0, -q[..., 1:], q[..., 1:])
 
 
-def aligned(q_hat: Array, q: Array) -> Array:
+def align_hemisphere(q_hat: Array, q: Array) -> Array:
     """Return q̂ or −q̂, whichever is in the hemisphere of q; both describe the same rotation."""
     dot = np.einsum("...i,...i->...", q_hat, q)
     return np.where(dot[..., None] < 0.0, -q_hat, q_hat)
@@ -115,13 +115,14 @@ def angular_acceleration(
     q_hat
         The reference of the step, shape (…, joints, 4).
     curvature
-        The change of the result of :func:`increment` since the previous step, (…, joints, 3).
+        The change of the result of :func:`reference_increment` since the previous step, (…, joints,
+        3).
     gains
         The gains of the step.
     dt
         The frame time in seconds.
     """
-    error = short_vector(multiply(q_hat, conjugate(q)))
+    error = canonical_vector_part(multiply(q_hat, conjugate(q)))
     ka = gains.ka * (NETWORK_DT / dt) ** 2
     shape = error.shape
     return AccelerationTerms(
@@ -132,12 +133,12 @@ def angular_acceleration(
     )
 
 
-def increment(q_hat: Array, before: Array) -> Array:
+def reference_increment(q_hat: Array, before: Array) -> Array:
     """Return vec(±(q̂ ⊗ q̂_before*)) of a step of the reference, (…, 4) → (…, 3).
 
     For a step by the angle θ, this is the axis of the step times sin(θ/2).
     """
-    return short_vector(multiply(q_hat, conjugate(before)))
+    return canonical_vector_part(multiply(q_hat, conjugate(before)))
 
 
 def next_velocity(omega: Array, parts: AccelerationTerms, dt: float, clip: float) -> Array:

@@ -82,7 +82,7 @@ class Topology:
         return out
 
 
-def find_topology(skeleton: Skeleton) -> Topology:
+def find_network_joints(skeleton: Skeleton) -> Topology:
     """Find the 24 joints in a skeleton by their names in CMU's or SMPL's skeleton.
 
     Raises TwistError if a joint is missing or the hierarchy is different.
@@ -133,12 +133,12 @@ def metres_per_unit(skeleton: Skeleton, unit: float | None = None) -> float:
     )
 
 
-def skeleton_24(offsets: Array) -> Skeleton:
+def make_smpl_skeleton(offsets: Array) -> Skeleton:
     """Return a skeleton of the 24 joints with the given rest offsets, (24, 3)."""
     return Skeleton(SMPL_NAMES, np.array(PARENTS), np.asarray(offsets, dtype=np.float64))
 
 
-def places_24(offsets: Array, q: Array, r: Array) -> Array:
+def smpl_joint_positions(offsets: Array, q: Array, r: Array) -> Array:
     """Return the positions of the 24 joints in world space, (…, 24, 3).
 
     `offsets` contains the rest offsets, (24, 3), `q` the local rotations, (…, 24, 4), and `r` the

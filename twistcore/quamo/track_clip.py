@@ -12,22 +12,31 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.detection.cuts import leading_frames
+from twistcore.detection.cuts import count_leading_rest_frames
 from twistcore.errors import TwistError
-from twistcore.files.document_values import shown_value
-from twistcore.files.encoding import legible
+from twistcore.files.document_values import format_value_for_message
+from twistcore.files.encoding import escape_control_characters
 from twistcore.quamo.both_ways import track_both_ways
 from twistcore.quamo.network import Network
-from twistcore.quamo.pieces import pieces
-from twistcore.quamo.resample import corrected, resampled, sample_times
-from twistcore.quamo.spline import PLACE_SHARE, smoothed, smoothed_rotations, usual_cutoff
+from twistcore.quamo.pieces import capture_spans
+from twistcore.quamo.resample import (
+    apply_sample_corrections,
+    interpolate_poses_at_times,
+    network_sample_times,
+)
+from twistcore.quamo.spline import (
+    PLACE_SHARE,
+    default_spline_cutoff,
+    rotations_smoothed_by_spline,
+    smoothed_by_spline,
+)
 from twistcore.quamo.state_space import NETWORK_DT, Gains
-from twistcore.quamo.topology import find_topology, metres_per_unit
+from twistcore.quamo.topology import find_network_joints, metres_per_unit
 from twistcore.quamo.tracker import HandGains, Step, TrackResult, track
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
-from twistcore.work.progress import Tell, nobody, part
+from twistcore.work.progress import Tell, ignore_progress, stage_progress
 
 _STILL = 1e-4  # rounding error of a quaternion, or of a position relative to its range
 
@@ -61,7 +70,7 @@ class TrackedMotion:
     joints: NDArray[np.int64]
 
 
-def chosen_joints(skeleton: Skeleton, names: Sequence[str] | None) -> NDArray[np.int64]:
+def select_writable_joints(skeleton: Skeleton, names: Sequence[str] | None) -> NDArray[np.int64]:
     """Return the indices of the named joints, or of all joints that can be written.
 
     A joint can be written if it has three rotation channels. Raises TwistError if a named joint
@@ -73,28 +82,30 @@ def chosen_joints(skeleton: Skeleton, names: Sequence[str] | None) -> NDArray[np
         return np.flatnonzero(able)
     for name in names:
         if name not in skeleton.names:
-            known = legible(", ".join(skeleton.names), most=600)
-            raise TwistError(f"the clip has no joint {shown_value(name)}; choose from {known}")
+            known = escape_control_characters(", ".join(skeleton.names), most=600)
+            raise TwistError(
+                f"the clip has no joint {format_value_for_message(name)}; choose from {known}"
+            )
         if not able[skeleton.index(name)]:
             raise TwistError(f"joint {name!r} does not have three rotation channels to write to")
     return np.array(sorted({skeleton.index(name) for name in names}), dtype=np.int64)
 
 
-def joints_of_24(
+def select_network_joints(
     skeleton: Skeleton, joints: NDArray[np.int64], *, strict: bool
 ) -> NDArray[np.int64]:
     """Return the given joints that are among the 24 joints of the networks.
 
     If `strict` is True, any other joint raises TwistError.
     """
-    known = find_topology(skeleton).joints
+    known = find_network_joints(skeleton).joints
     if strict and (other := np.setdiff1d(joints, known)).size:
         name = skeleton.names[int(other[0])]
         raise TwistError(f"joint {name!r} is not one of the 24 joints that the learned gains cover")
     return np.intersect1d(joints, known)
 
 
-def placed_joint(motion: Motion) -> int | None:
+def find_figure_position_joint(motion: Motion) -> int | None:
     """Return the joint whose position channels move the whole figure, or None if there is none.
 
     This is the topmost joint that moves and has at least half of all joints in its subtree. It is
@@ -113,18 +124,18 @@ def placed_joint(motion: Motion) -> int | None:
     return (*(j for j in able if j in moving), *roots, *able, None)[0]
 
 
-def check_place(motion: Motion, *, learned: bool = False) -> None:
+def check_position_trackable(motion: Motion, *, learned: bool = False) -> None:
     """Raise TwistError if the position of the figure cannot be tracked.
 
     The figure must have position channels. `learned` is True for learned gains, which track only
     the position of the root of the 24 joints.
     """
-    if (placed := placed_joint(motion)) is None:
+    if (placed := find_figure_position_joint(motion)) is None:
         raise TwistError(
             "expected position channels (usually of the root), which are needed to track "
             "the figure's position"
         )
-    if learned and placed != (root := int(find_topology(motion.skeleton).joints[0])):
+    if learned and placed != (root := int(find_network_joints(motion.skeleton).joints[0])):
         names = motion.skeleton.names
         raise TwistError(
             f"the learned gains cover only the position of {names[root]!r}, but "
@@ -161,12 +172,12 @@ def _moving(motion: Motion) -> list[int]:
 def _largest_way(motion: Motion, values: Array) -> Array:
     """Return the largest range of values within a capture, (frames, n, components) → (n,)."""
     way = np.zeros(values.shape[1])
-    for start, stop in pieces(motion, leading_frames(motion)):
+    for start, stop in capture_spans(motion, count_leading_rest_frames(motion)):
         way = np.maximum(way, np.ptp(values[start:stop], axis=0).max(axis=-1, initial=0.0))
     return way
 
 
-def track_by_hand(
+def track_with_hand_gains(
     motion: Motion,
     joints: NDArray[np.int64],
     gains: Gains | None = None,
@@ -190,10 +201,10 @@ def track_by_hand(
     gains
         The gains, by default :meth:`Gains.by_hand` for the frame rate.
     causal
-        If False, each capture (see :func:`pieces`) is tracked forward and backward with
+        If False, each capture (see :func:`capture_spans`) is tracked forward and backward with
         :func:`track_both_ways`.
     place
-        If True, the position of :func:`placed_joint` is tracked as well.
+        If True, the position of :func:`find_figure_position_joint` is tracked as well.
     first
         The first frame to track. Earlier frames, such as a T-pose, do not change.
     keep_steps
@@ -201,7 +212,7 @@ def track_by_hand(
     tell
         Function that is called with the progress, from 0 to 1.
     """
-    placed = placed_joint(motion) if place else None
+    placed = find_figure_position_joint(motion) if place else None
     root = np.zeros((motion.frames, 3)) if placed is None else motion.translation(placed)
     way = track if causal else track_both_ways
 
@@ -217,11 +228,11 @@ def track_by_hand(
         return _Piece(found, np.arange(start, stop, dtype=np.float64), found.q, found.r)
 
     return _tracked(
-        motion, _spans(motion, first, causal), run, joints, joints, placed, tell or nobody
+        motion, _spans(motion, first, causal), run, joints, joints, placed, tell or ignore_progress
     )
 
 
-def track_learned(
+def track_with_network(
     motion: Motion,
     joints: NDArray[np.int64],
     network: Network,
@@ -250,27 +261,27 @@ def track_learned(
     unit
         The length of one unit of the clip in metres, by default CMU's unit.
     causal
-        If False, each capture (see :func:`pieces`) is tracked forward and backward, with an initial
-        state from the network at either end.
+        If False, each capture (see :func:`capture_spans`) is tracked forward and backward, with an
+        initial state from the network at either end.
     place
-        If True, the position of the root is tracked as well (see :func:`check_place`).
+        If True, the position of the root is tracked as well (see :func:`check_position_trackable`).
     first, keep_steps, tell
-        The same as for :func:`track_by_hand`.
+        The same as for :func:`track_with_hand_gains`.
     """
-    topology = find_topology(motion.skeleton)
+    topology = find_network_joints(motion.skeleton)
     scale = metres_per_unit(motion.skeleton, unit)
     if not motion.positioned or motion.positioned[0] != topology.joints[0]:
         raise TwistError("learned gains need position channels of the root")
     if place:
-        check_place(motion, learned=True)
-    able = joints_of_24(motion.skeleton, joints, strict=False)
+        check_position_trackable(motion, learned=True)
+    able = select_network_joints(motion.skeleton, joints, strict=False)
     way = track if causal else track_both_ways
 
     def run(start: int, stop: int, tell: Tell) -> _Piece:
         own = motion.sliced(start, stop)
         q, r = topology.reduced(own.rotations), scale * own.positions[:, 0]
-        times = sample_times(len(q), motion.frame_time)
-        q_in, r_in = resampled(q, r, times)
+        times = network_sample_times(len(q), motion.frame_time)
+        q_in, r_in = interpolate_poses_at_times(q, r, times)
         found = way(
             q_in,
             r_in,
@@ -280,13 +291,13 @@ def track_learned(
             keep_steps=keep_steps,
             tell=tell,
         )
-        q_new, r_new = corrected(q, r, times, q_in, r_in, found.q, found.r)
+        q_new, r_new = apply_sample_corrections(q, r, times, q_in, r_in, found.q, found.r)
         restored = topology.restored(q_new, own.rotations)
         return _Piece(found, start + times, restored[:, able], r_new / scale)
 
     placed = motion.positioned[0] if place else None
     spans = _spans(motion, first, causal)
-    return _tracked(motion, spans, run, able, topology.joints, placed, tell or nobody)
+    return _tracked(motion, spans, run, able, topology.joints, placed, tell or ignore_progress)
 
 
 def smooth_clip(
@@ -299,18 +310,19 @@ def smooth_clip(
 ) -> Motion:
     """Smooth joints with a spline, separately in each capture between cuts.
 
-    `cutoff` is the cut-off for rotations in Hz, by default :func:`usual_cutoff`. The cut-off for
-    the position is three quarters of it. The other parameters are the same as for
-    :func:`track_by_hand`. Raises TwistError if the cut-off does not fit the frame rate of the clip.
+    `cutoff` is the cut-off for rotations in Hz, by default :func:`default_spline_cutoff`. The
+    cut-off for the position is three quarters of it. The other parameters are the same as for
+    :func:`track_with_hand_gains`. Raises TwistError if the cut-off does not fit the frame rate of
+    the clip.
     """
-    dt, placed = motion.frame_time, placed_joint(motion) if place else None
-    cutoff = usual_cutoff(dt) if cutoff is None else cutoff
+    dt, placed = motion.frame_time, find_figure_position_joint(motion) if place else None
+    cutoff = default_spline_cutoff(dt) if cutoff is None else cutoff
     parts = []
-    for start, stop in pieces(motion, first):
-        q = smoothed_rotations(motion.rotations[start:stop, joints], cutoff, dt)
+    for start, stop in capture_spans(motion, first):
+        q = rotations_smoothed_by_spline(motion.rotations[start:stop, joints], cutoff, dt)
         r = np.zeros((stop - start, 3))
         if placed is not None:
-            r = smoothed(motion.translation(placed)[start:stop], PLACE_SHARE * cutoff, dt)
+            r = smoothed_by_spline(motion.translation(placed)[start:stop], PLACE_SHARE * cutoff, dt)
         parts.append((start, q, r))
     return _written(motion, joints, placed, parts)
 
@@ -340,7 +352,7 @@ def _spans(motion: Motion, first: int, causal: bool) -> tuple[tuple[int, int], .
 
     A causal pass is not split, because it does not know where the cuts are.
     """
-    return ((first, motion.frames),) if causal else pieces(motion, first)
+    return ((first, motion.frames),) if causal else capture_spans(motion, first)
 
 
 def _tracked(
@@ -366,7 +378,7 @@ def _tracked(
     back: list[Step] = []
     for start, stop in spans:
         told, done = done, done + stop - start
-        made = run(start, stop, part(tell, told / frames, done / frames))
+        made = run(start, stop, stage_progress(tell, told / frames, done / frames))
         parts.append((start, made.q, made.r))
         at.append(made.at)
         ahead += made.found.steps

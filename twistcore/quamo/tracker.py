@@ -11,23 +11,23 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from twistcore.detection.runs import runs
+from twistcore.detection.runs import runs_of_true
 from twistcore.errors import TwistError
 from twistcore.quamo.stability import check_stability
 from twistcore.quamo.state_space import (
     EXACT,
     AccelerationTerms,
     Gains,
-    aligned,
+    align_hemisphere,
     angular_acceleration,
-    increment,
     next_quaternion,
     next_translation,
     next_velocity,
+    reference_increment,
 )
 from twistcore.skeleton.rotation import Array, normalise
 from twistcore.work.frozen import dataclass
-from twistcore.work.progress import Tell, nobody
+from twistcore.work.progress import Tell, ignore_progress
 
 LOST_AFTER = 5  # number of frames after which a joint far from its reference is reset
 LOST_COSINE = np.cos(np.radians(90.0) / 2.0)  # a smaller |q·q̂| means an error above 90°
@@ -183,8 +183,8 @@ class Stepper:
         assert self._before is not None
         assert self._lost is not None
         state = self._state
-        q_hat = aligned(q_hat, state.q)
-        delta = increment(q_hat, self._before)
+        q_hat = align_hemisphere(q_hat, state.q)
+        delta = reference_increment(q_hat, self._before)
         curvature = 0.0 if self._delta is None else delta - self._delta
         gains = self._controller.gains(state, q_hat, r_hat, dt)
         parts = angular_acceleration(state.q, state.omega, q_hat, curvature, gains, dt)
@@ -261,7 +261,7 @@ def track(
         Function that is called with the progress, from 0 to 1. If it raises an exception, the
         tracking ends.
     """
-    tell = tell or nobody
+    tell = tell or ignore_progress
     stepper = Stepper(controller, integration=integration)
     q, r = np.empty(q_hat.shape), np.empty(r_hat.shape)
     snapped = np.zeros(q_hat.shape[:-1], dtype=np.bool_)
@@ -276,7 +276,7 @@ def track(
     return TrackResult(q, r, snapped, tuple(steps))
 
 
-def snap_sentences(
+def describe_joint_resets(
     snapped: NDArray[np.bool_], names: Sequence[str], *, causal: bool = True
 ) -> tuple[str, ...]:
     """Return a sentence for each joint that was reset to its reference.
@@ -291,7 +291,7 @@ def snap_sentences(
     )
 
 
-def apart_sentence(apart: NDArray[np.bool_], names: Sequence[str]) -> str:
+def describe_diverging_passes(apart: NDArray[np.bool_], names: Sequence[str]) -> str:
     """Return a sentence about joints whose rotations in the two passes differ by over 90°, or ''.
 
     `apart` is the mask of these joints, (frames, joints), and `names` contains the names of the
@@ -308,13 +308,13 @@ def apart_sentence(apart: NDArray[np.bool_], names: Sequence[str]) -> str:
     )
 
 
-def frames_listed(there: NDArray[np.bool_]) -> str:
+def describe_frames(there: NDArray[np.bool_]) -> str:
     """Describe a set of frames in words, such as 'frame 7' or 'frames 7, 12–15' (15 is excluded).
 
     `there` is the mask of the frames, shape (frames,), with at least one True. At most ten ranges
     are listed.
     """
-    at = [f"{a}" if b == a + 1 else f"{a}–{b}" for a, b in runs(there)]
+    at = [f"{a}" if b == a + 1 else f"{a}–{b}" for a, b in runs_of_true(there)]
     some = ", ".join(at[:_NAMED]) + (" …" if len(at) > _NAMED else "")
     return f"frame{'' if there.sum() == 1 else 's'} {some}"
 
@@ -322,10 +322,10 @@ def frames_listed(there: NDArray[np.bool_]) -> str:
 def _where(there: NDArray[np.bool_], names: Sequence[str]) -> list[tuple[str, str]]:
     """Return the name of each joint that is True in any frame, and the description of these frames.
 
-    `there` is a mask, (frames, joints). The frames are described by :func:`frames_listed`.
+    `there` is a mask, (frames, joints). The frames are described by :func:`describe_frames`.
     """
     joints = np.flatnonzero(there.any(axis=0)).tolist()
-    return [(names[joint], frames_listed(there[:, joint])) for joint in joints]
+    return [(names[joint], describe_frames(there[:, joint])) for joint in joints]
 
 
 def _checked(q_hat: ArrayLike, r_hat: ArrayLike) -> tuple[Array, Array]:

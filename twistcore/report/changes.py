@@ -122,7 +122,7 @@ class WorseRow:
     after: float
 
 
-def protected_sums(
+def sum_protected_measures(
     motion: Motion,
     chains: Sequence[Chain],
     applied: Sequence[Interval],
@@ -234,7 +234,9 @@ def _same_numbers(one: BvhClip, other: BvhClip) -> NDArray[np.bool_]:
     return same.reshape(shape)
 
 
-def remaining_detection(refined: Motion, chains: Sequence[Chain], state: ReviewState) -> Detection:
+def detect_remaining_errors(
+    refined: Motion, chains: Sequence[Chain], state: ReviewState
+) -> Detection:
     """Detect errors in the corrected motion, with the review's detector and τ."""
     analysis = ClipAnalysis(refined, chains, rig=state.rig)
     found = analysis.detect(state.method, tau_radians=dict(state.tau))

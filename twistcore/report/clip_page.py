@@ -12,18 +12,18 @@ from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.correction.corrected import Corrected
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Kind
 from twistcore.errors import TwistError
-from twistcore.export.compare import compare
+from twistcore.export.compare import compare_motions
 from twistcore.export.detection_json import intervals_to_json
 from twistcore.report.changes import (
     check_fidelity,
+    detect_remaining_errors,
     joint_changes,
-    remaining_detection,
 )
 from twistcore.report.curve_drawing import ClipCurves
-from twistcore.report.document import Report, moves_for_page
-from twistcore.report.page_templates import rendered
+from twistcore.report.document import Report, moved_joints_for_page
+from twistcore.report.page_templates import render_page_template
 from twistcore.report.picture_job import SIZE, Drawn
-from twistcore.report.worst_finds import shown_finds, shown_player, worst_finds
+from twistcore.report.worst_finds import interval_page_data, player_page_data, worst_intervals
 from twistcore.skeleton.notes import NOT_EXAMINED, UNEXAMINED
 from twistcore.skeleton.rotation import largest_and_rms
 from twistcore.work.frozen import dataclass
@@ -45,7 +45,7 @@ class Home:
     address: str
 
 
-def clip_page(
+def clip_page_html(
     document: Mapping[str, Any],
     report: Report,
     drawn: Drawn | None = None,
@@ -70,13 +70,13 @@ def clip_page(
     method = _strength_by(analysis, state.method)
     drawing = ClipCurves(analysis, method, state.tau, state.intervals, report.verdict)
     curves, left_out = drawing.panels(corrected)
-    return rendered(
+    return render_page_template(
         "clip.html",
         report=document,
         home=home,
         size=SIZE,
-        finds=shown_finds(report, analysis, drawing, worst_finds(report), drawn),
-        play=shown_player(report, analysis, drawing, drawn),
+        finds=interval_page_data(report, analysis, drawing, worst_intervals(report), drawn),
+        play=player_page_data(report, analysis, drawing, drawn),
         no_pictures=drawn.problem if drawn is not None else "",
         curves=curves,
         curves_left_out=left_out,
@@ -89,7 +89,7 @@ def clip_page(
         ],
         not_corrected=report.not_corrected,
         parameters=dict(report.parameters),
-        **moves_for_page(document, report),
+        **moved_joints_for_page(document, report),
         **_changes(report),
     )
 
@@ -122,7 +122,7 @@ def _decisions(
 
 def _changes(report: Report) -> dict[str, Any]:
     motion = report.clip.motion
-    changes = joint_changes(motion, report.refined, compare(motion, report.refined))
+    changes = joint_changes(motion, report.refined, compare_motions(motion, report.refined))
     kept, trouble = None, ""
     if report.written is not None:
         try:
@@ -132,7 +132,9 @@ def _changes(report: Report) -> dict[str, Any]:
     left = report.left
     method = report.state.method
     if left is None and changes and _strength_by(report.analysed, method) == method:
-        left = intervals_to_json(remaining_detection(report.refined, report.chains, report.state))
+        left = intervals_to_json(
+            detect_remaining_errors(report.refined, report.chains, report.state)
+        )
     if left is not None:
         left = [
             {**e, "before": _earlier_verdict(e, report), "lone": not Kind(e["kind"]).repairable}

@@ -10,12 +10,12 @@ from twistcore.errors import FormatError, TwistError
 from twistcore.export.markers import blender_markers
 from twistcore.files.atomic import write_atomically
 from twistcore.files.document_values import parsed_json
-from twistcore.files.encoding import encoded, json_bytes
-from twistcore.files.marks import file_mark
+from twistcore.files.encoding import encode_utf8, json_bytes
+from twistcore.files.marks import cached_sha256
 from twistcore.files.ordinary import is_file, read_file
 from twistcore.formats.clip import Clip
-from twistcore.formats.reading import file_prefix
-from twistcore.report.clip_page import clip_page
+from twistcore.formats.reading import companion_file_prefix
+from twistcore.report.clip_page import clip_page_html
 from twistcore.report.document import SCHEMA, Report, intervals_csv, report_to_json
 from twistcore.report.worst_finds import draw_pictures
 
@@ -44,24 +44,26 @@ def write_clip_report(
     Raises
     ------
     TwistError
-        If a file would be replaced that must be kept, as in :func:`check_report`.
+        If a file would be replaced that must be kept, as in :func:`check_report_replaceable`.
     OSError
         If a file cannot be written.
     """
-    name = report.name or file_prefix(report.clip.path)
-    check_report(folder, name, None if report.name else report.clip)
+    name = report.name or companion_file_prefix(report.clip.path)
+    check_report_replaceable(folder, name, None if report.name else report.clip)
     folder.mkdir(parents=True, exist_ok=True)
     document = report_to_json(report)
     page, table, markers, last = report_files(folder, name)
     drawn = draw_pictures(report, play) if pictures else None
     written = {
-        page: encoded(clip_page(document, report, drawn)),
-        table: encoded(intervals_csv(report)),
-        markers: encoded(blender_markers(report.clip.name, report.state.intervals, report.verdict)),
+        page: encode_utf8(clip_page_html(document, report, drawn)),
+        table: encode_utf8(intervals_csv(report)),
+        markers: encode_utf8(
+            blender_markers(report.clip.name, report.state.intervals, report.verdict)
+        ),
     }
     marks = {path.name: hashlib.sha256(data).hexdigest() for path, data in written.items()}
     document["files"] = {**report.files, **marks}
-    replaced = {path.name: file_mark(path) for path in written if is_file(path)}
+    replaced = {path.name: cached_sha256(path) for path in written if is_file(path)}
     write_atomically(last, json_bytes(document | {"replaced": replaced}))
     for path, data in written.items():
         write_atomically(path, data)
@@ -69,16 +71,16 @@ def write_clip_report(
     return (*written, last)
 
 
-def check_report(folder: Path, name: str, clip: Clip | None = None) -> None:
+def check_report_replaceable(folder: Path, name: str, clip: Clip | None = None) -> None:
     """Raise TwistError if a report would replace another program's file or another clip's report.
 
     `clip` is the reported clip. If it is None, the report of another clip may be replaced. A clip
     with the same name but other bytes counts as a new version of the reported clip.
     """
     *others, listing = report_files(folder, name)
-    marks = report_marks(listing)
+    marks = read_report_hashes(listing)
     for path in others:
-        if path.is_dir() or (is_file(path) and file_mark(path) not in marks.get(path.name, ())):
+        if path.is_dir() or (is_file(path) and cached_sha256(path) not in marks.get(path.name, ())):
             raise TwistError(
                 f"{path} already exists, but was not written by this version or has been "
                 "changed since; move that file, or leave the report out"
@@ -96,18 +98,18 @@ def check_report(folder: Path, name: str, clip: Clip | None = None) -> None:
 
 def _other_clip(listing: Path, clip: Clip) -> str:
     """Return the name of the clip that an existing report is about, or '' if that is `clip`."""
-    document = listed_report(listing)
+    document = read_report_json(listing)
     of, mark = (str(document.get(key, "")) for key in ("clip", "sha256"))
     return of if of != clip.name and mark != clip.sha256 else ""
 
 
-def reports_other_bytes(folder: Path, name: str, clip: Clip) -> bool:
+def has_mismatched_report(folder: Path, name: str, clip: Clip) -> bool:
     """Return True if the existing report is about a file with the clip's name but other bytes.
 
     That file may be an earlier version of the clip or a clip from another folder. The two cases
     cannot be distinguished.
     """
-    mark = listed_report(report_files(folder, name)[-1]).get("sha256")
+    mark = read_report_json(report_files(folder, name)[-1]).get("sha256")
     return mark is not None and mark != clip.sha256
 
 
@@ -117,13 +119,13 @@ def report_files(folder: Path, name: str) -> tuple[Path, ...]:
     return tuple(folder / f"{name}.{ending}" for ending in endings)
 
 
-def report_marks(listing: Path) -> dict[str, tuple[object, ...]]:
+def read_report_hashes(listing: Path) -> dict[str, tuple[object, ...]]:
     """Return the SHA-256 values that a report's JSON lists, keyed by file name.
 
     A file that is being replaced has two values. Names and values are not checked. The result is
     empty if the JSON is missing or is not a report. Raises TwistError if it cannot be read.
     """
-    document = listed_report(listing)
+    document = read_report_json(listing)
     try:
         new, old = dict(document.get("files", {})), dict(document.get("replaced", {}))
     except (ValueError, TypeError):
@@ -131,7 +133,7 @@ def report_marks(listing: Path) -> dict[str, tuple[object, ...]]:
     return {name: tuple(of[name] for of in (new, old) if name in of) for name in new | old}
 
 
-def listed_report(listing: Path) -> dict[str, Any]:
+def read_report_json(listing: Path) -> dict[str, Any]:
     """Return the contents of a report's JSON, or {} if it is missing or not a report.
 
     Raises TwistError if it cannot be read.

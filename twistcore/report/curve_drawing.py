@@ -165,7 +165,7 @@ class ClipCurves:
         """
         every = self._analysis.chains_and_limbs
         known = [c for c in every if c.name in self._by_chain and c.name in self._tau]
-        known.sort(key=lambda c: -sum(map(weight, self._by_chain[c.name])))
+        known.sort(key=lambda c: -sum(map(interval_severity, self._by_chain[c.name])))
         worst, frames = known[:MOST_PANELS], self._analysis.motion.frames
         share = _MOST_BYTES / (_BYTES * _ROWS * max(len(worst), 1))
         columns = max(1, min(_MOST_COLUMNS, int(share), frames))
@@ -265,7 +265,7 @@ def _unwrapped(before: Array, after: Array, expected: Array) -> tuple[Array, Arr
     return way + wrap(before - expected), way + wrap(after - expected)
 
 
-def weight(judged: Judged) -> float:
+def interval_severity(judged: Judged) -> float:
     """Return the severity of an interval, in degrees × frames.
 
     For an interval without an offset, it is the angle in degrees.

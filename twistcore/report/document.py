@@ -12,15 +12,15 @@ from typing import Any
 import numpy as np
 
 from twistcore.analysis.clip_analysis import ClipAnalysis
-from twistcore.analysis.correction.twist_removal import children_off_axis, stuck_joints
+from twistcore.analysis.correction.twist_removal import children_off_axis, joints_lacking_channels
 from twistcore.detection import Interval, Kind
-from twistcore.export.compare import Difference, compare, move_to_json
+from twistcore.export.compare import Difference, compare_motions, move_to_json
 from twistcore.export.replay import uncorrected_sentences, unknown_kind_sentences
 from twistcore.files.encoding import csv_text
 from twistcore.files.version import __version__
 from twistcore.formats.clip import Clip
-from twistcore.quamo.track_clip import placed_joint
-from twistcore.report.changes import MeasureSum, protected_sums
+from twistcore.quamo.track_clip import find_figure_position_joint
+from twistcore.report.changes import MeasureSum, sum_protected_measures
 from twistcore.review.model import APPLIED, SEEN, Decision, Judged, ReviewState
 from twistcore.review.session import tracking_to_json
 from twistcore.skeleton.chain import Chain
@@ -126,7 +126,7 @@ class Report:
         """
         by_name, motion = {chain.name: chain for chain in self.chains}, self.clip.motion
         found = {
-            j.id: stuck_joints(motion, by_name[j.interval.chain], [j.interval])
+            j.id: joints_lacking_channels(motion, by_name[j.interval.chain], [j.interval])
             for j in self.state.intervals
             if j.counts and j.interval.chain in by_name
         }
@@ -143,7 +143,7 @@ class Report:
     def protected(self) -> tuple[MeasureSum, ...]:
         """Return how the corrections changed each protected measure (:class:`MeasureSum`)."""
         finds = [j.interval for j in self.state.intervals if j.interval.repairable]
-        return protected_sums(self.clip.motion, self.chains, self.applied, finds)
+        return sum_protected_measures(self.clip.motion, self.chains, self.applied, finds)
 
     @property
     def not_corrected(self) -> tuple[str, ...]:
@@ -173,7 +173,7 @@ def report_to_json(report: Report) -> dict[str, Any]:
     - protected: the changes of the measures that a correction must not make worse
     """
     motion, state = report.clip.motion, report.state
-    difference = compare(motion, report.refined)
+    difference = compare_motions(motion, report.refined)
     return {
         "schema": SCHEMA,
         "program": f"twistcore {__version__}",
@@ -323,7 +323,10 @@ def _follows_place(report: Report, joint: str) -> bool:
     tracking, motion = report.state.tracking, report.clip.motion
     if tracking is None or not tracking.place:
         return False
-    return placed_joint(motion) in {motion.skeleton.index(joint), *_ancestors(report, joint)}
+    return find_figure_position_joint(motion) in {
+        motion.skeleton.index(joint),
+        *_ancestors(report, joint),
+    }
 
 
 def _why_moved(report: Report, joint: str) -> str:
@@ -371,7 +374,7 @@ def _row(judged: Judged, report: Report) -> dict[str, Any]:
     return row
 
 
-def moves_for_page(document: Mapping[str, Any], report: Report) -> dict[str, Any]:
+def moved_joints_for_page(document: Mapping[str, Any], report: Report) -> dict[str, Any]:
     """Return the moved joints as the page lists them, for the template.
 
     Returns

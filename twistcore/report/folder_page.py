@@ -12,9 +12,9 @@ from twistcore.detection import Kind
 from twistcore.files.version import __version__
 from twistcore.report.clip_page import Home
 from twistcore.report.folder_numbers import BIN, KINDS, ClipRow, FolderNumbers, nonempty_parameters
-from twistcore.report.page_templates import GENERATOR, rendered
+from twistcore.report.page_templates import GENERATOR, render_page_template
 
-__all__ = ["GENERATOR", "folder_page", "manifest_page"]
+__all__ = ["GENERATOR", "clip_page_from_manifest", "folder_page_html"]
 
 MOST_ROWS = 5000  # maximum number of rows that a browser sorts without delay
 _MOST_JOINTS = 60
@@ -41,7 +41,7 @@ class HistogramBar:
         return sum(self.counts)
 
 
-def folder_page(
+def folder_page_html(
     title: str, rows: Sequence[ClipRow], numbers: FolderNumbers, broken: Sequence[Broken]
 ) -> str:
     """Return the overview page of a batch report as HTML.
@@ -59,7 +59,7 @@ def folder_page(
     """
     done = [row for row in rows if row.state == "done"]
     joints = sorted(numbers.joints.items(), key=lambda j: (-j[1].total(), j[0]))
-    return rendered(
+    return render_page_template(
         "folder.html",
         title=title,
         numbers=numbers,
@@ -80,13 +80,13 @@ def folder_page(
     )
 
 
-def manifest_page(record: ClipRecord, why: str, home: Home) -> str:
+def clip_page_from_manifest(record: ClipRecord, why: str, home: Home) -> str:
     """Return a clip's page with only the manifest's data.
 
     `why` is the reason why there is nothing else, such as a missing file.
     """
     numbers = FolderNumbers()
-    return rendered(
+    return render_page_template(
         "known.html",
         record=record,
         row=numbers.add(record),

@@ -13,17 +13,17 @@ from twistcore.batch.gates import Broken
 from twistcore.batch.manifest import ClipRecord, Manifest
 from twistcore.errors import TwistError
 from twistcore.files.atomic import write_atomically
-from twistcore.files.encoding import encoded
+from twistcore.files.encoding import encode_utf8
 from twistcore.files.ordinary import check_no_links, open_to_read, real_path
-from twistcore.report.clip_page import Home, clip_page
+from twistcore.report.clip_page import Home, clip_page_html
 from twistcore.report.document import Report, report_to_json
 from twistcore.report.folder_numbers import FolderNumbers, worst_first
-from twistcore.report.folder_page import GENERATOR, folder_page, manifest_page
+from twistcore.report.folder_page import GENERATOR, clip_page_from_manifest, folder_page_html
 from twistcore.report.picture_job import NOT_INSTALLED, Drawn, Figure, draw_figures
 from twistcore.report.recorded_clip import report_from_manifest
-from twistcore.report.worst_finds import figure_of_worst
-from twistcore.work.processes import each, reason
-from twistcore.work.progress import Counter, uncounted
+from twistcore.report.worst_finds import worst_intervals_figure
+from twistcore.work.processes import describe_failure, map_in_processes
+from twistcore.work.progress import Counter, silent_clip_progress
 
 Made = TypeVar("Made")
 
@@ -63,7 +63,7 @@ def write_folder_report(
     broken: Sequence[Broken] = (),
     records: Sequence[ClipRecord] | None = None,
     changed: Collection[str] | None = None,
-    counter: Counter = uncounted,
+    counter: Counter = silent_clip_progress,
 ) -> FolderReport:
     """Write index.html and clips/NAME.html into a folder.
 
@@ -105,7 +105,7 @@ def write_folder_report(
     numbers, by_name = FolderNumbers(), {record.name: record for record in records}
     rows = worst_first([numbers.add(record) for record in records])
     with_page = [row.name for row in rows if row.state == "done"][:most_pages]
-    pages = {name: page_of(name) for name in with_page}
+    pages = {name: clip_page_path(name) for name in with_page}
     for path in (INDEX, *pages.values()):
         if target.is_relative_to(folder):
             check_no_links(folder, target / path)
@@ -120,30 +120,30 @@ def write_folder_report(
     )
     problems: list[str] = []
     with counter(len(with_page)) as tell:
-        for task, ended in each(work, tasks, workers):
+        for task, ended in map_in_processes(work, tasks, workers):
             if isinstance(ended, Exception):
                 if isinstance(ended, OSError):  # a full disk also affects the next page
                     raise ended
-                why = [reason(record.name, ended) for record in task]
+                why = [describe_failure(record.name, ended) for record in task]
                 ended = [_write_known(r, target, home, w) for r, w in zip(task, why, strict=True)]
             problems += [problem for problem in ended if problem]
             for record in task:
                 tell(record.name)
     rows = [replace(row, page=pages.get(row.name, "")) for row in rows]
     index = target / INDEX
-    _write(index, folder_page(real_path(folder).name, rows, numbers, broken))
+    _write(index, folder_page_html(real_path(folder).name, rows, numbers, broken))
     return FolderReport(index, len(pages), tuple(problems))
 
 
-def page_of(name: str) -> str:
+def clip_page_path(name: str) -> str:
     """Return the path of a clip's page within the report, with '/' as separator.
 
     If the clip's name is too long for a file name, it is shortened, and a hash of the full name is
     added.
     """
     parts = [part for part in PurePosixPath(name).parts if part not in ("/", "..", ".")]
-    if parts and len(encoded(parts[-1])) > _LONGEST:
-        parts[-1] = f"{parts[-1][:50]}-{sha256(encoded(name)).hexdigest()[:16]}"
+    if parts and len(encode_utf8(parts[-1])) > _LONGEST:
+        parts[-1] = f"{parts[-1][:50]}-{sha256(encode_utf8(name)).hexdigest()[:16]}"
     return "/".join(["clips", *parts]) + ".html"
 
 
@@ -165,7 +165,7 @@ def _write_pages(
     """
     reports = [_read_again(record, folder) for record in records]
     figures: list[Figure | None] = [
-        figure_of_worst(report, play) if isinstance(report, Report) and pictures else None
+        worst_intervals_figure(report, play) if isinstance(report, Report) and pictures else None
         for report in reports
     ]
     drawn = _drawn(figures)
@@ -174,13 +174,13 @@ def _write_pages(
         if isinstance(report, Report):
             made = _tried(partial(_page, record, report, pair if pictures else None, home))
             if not isinstance(made, Exception):
-                _write(target / page_of(record.name), made)
+                _write(target / clip_page_path(record.name), made)
                 # If the window is not installed, the pages mention it, and it is not a problem.
                 why = "" if pair.problem == NOT_INSTALLED else pair.problem
                 problems.append(why and f"{record.name}: no pictures: {why}")
                 continue
             report = made
-        problems.append(_write_known(record, target, home, reason(record.name, report)))
+        problems.append(_write_known(record, target, home, describe_failure(record.name, report)))
     return problems
 
 
@@ -203,22 +203,25 @@ def _drawn(figures: Sequence[Figure | None]) -> list[Drawn]:
 
 def _page(record: ClipRecord, report: Report, drawn: Drawn | None, home: str) -> str:
     document = {**report_to_json(report), "clip": record.name}
-    return clip_page(document, report, drawn, _home(record, home))
+    return clip_page_html(document, report, drawn, _home(record, home))
 
 
 def _write_known(record: ClipRecord, target: Path, home: str, why: str) -> str:
     """Write a page with only the manifest's data and the reason, `why`. Return `why`."""
-    _write(target / page_of(record.name), manifest_page(record, why, _home(record, home)))
+    _write(
+        target / clip_page_path(record.name),
+        clip_page_from_manifest(record, why, _home(record, home)),
+    )
     return why
 
 
 def _home(record: ClipRecord, title: str) -> Home:
-    return Home(title, "../" * page_of(record.name).count("/") + INDEX)
+    return Home(title, "../" * clip_page_path(record.name).count("/") + INDEX)
 
 
 def _write(path: Path, page: str) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_atomically(path, encoded(page))
+    write_atomically(path, encode_utf8(page))
 
 
 def _check_ours(path: Path) -> None:

@@ -10,13 +10,13 @@ from urllib.parse import quote
 
 import jinja2
 
-from twistcore.detection.kind import plural_name
+from twistcore.detection.kind import plural_kind_name
 from twistcore.files.version import __version__
 
 GENERATOR = "twistcore report"  # named as the generator at the start of a page
 
 
-def rendered(template: str, **context: Any) -> str:
+def render_page_template(template: str, **context: Any) -> str:
     """Return a template filled with values. All strings are escaped."""
     return _environment().get_template(template).render(**context)
 
@@ -34,7 +34,7 @@ def _environment() -> jinja2.Environment:
     environment.filters |= {
         "when": _when,
         "plural": _plural,
-        "kinds": plural_name,
+        "kinds": plural_kind_name,
         "degrees": _degrees,
         "href": _href,
         "thousands": _thousands,

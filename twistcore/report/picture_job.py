@@ -27,7 +27,7 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.work.frozen import dataclass
-from twistcore.work.with_parent import python_bound
+from twistcore.work.with_parent import parent_bound_module_command
 
 PROGRAM = "inspector.recording.report_pictures"
 SCHEMA = "twistcore.report_pictures/1"
@@ -102,7 +102,7 @@ class Drawn:
     player: Mapping[str, Any] = field(default_factory=dict)
 
 
-def figure_of(
+def make_clip_figure(
     before: Motion,
     after: Motion,
     chains: Sequence[Chain],
@@ -154,8 +154,10 @@ def draw_figures(
         return [Drawn(problem=NOT_INSTALLED)] * len(figures)
     with tempfile.TemporaryDirectory(prefix="twist-pictures-") as name:
         folder = Path(name)
-        write_job(folder, figures)
-        problem = _run([*python, *python_bound(PROGRAM, name)[1:]], _TO_START + _TO_DRAW * total)
+        write_picture_job(folder, figures)
+        problem = _run(
+            [*python, *parent_bound_module_command(PROGRAM, name)[1:]], _TO_START + _TO_DRAW * total
+        )
         return [_read_pictures(folder, k, figure, problem) for k, figure in enumerate(figures)]
 
 
@@ -213,8 +215,8 @@ def player_path(folder: Path, figure: int) -> Path:
 # -- the files of a job ----------------------------------------------------------------------------
 
 
-def write_job(folder: Path, figures: Sequence[Figure]) -> None:
-    """Write figures into a folder, for :func:`read_job`."""
+def write_picture_job(folder: Path, figures: Sequence[Figure]) -> None:
+    """Write figures into a folder, for :func:`read_picture_job`."""
     for k, figure in enumerate(figures):
         motion = figure.motion
         np.savez(
@@ -244,8 +246,8 @@ def write_job(folder: Path, figures: Sequence[Figure]) -> None:
     (folder / _JOB).write_bytes(json_bytes(document))
 
 
-def read_job(folder: Path) -> tuple[tuple[int, int], list[Figure]]:
-    """Return the picture size (width, height) and the figures that :func:`write_job` wrote.
+def read_picture_job(folder: Path) -> tuple[tuple[int, int], list[Figure]]:
+    """Return the picture size (width, height) and the figures that :func:`write_picture_job` wrote.
 
     Raises ValueError if the files have a different schema.
     """

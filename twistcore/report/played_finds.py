@@ -9,8 +9,8 @@ import numpy as np
 
 from twistcore.analysis.correction.twist_removal import refiner
 from twistcore.detection import Interval
-from twistcore.files.packed_numbers import packed
-from twistcore.report.curve_drawing import frames_around, weight
+from twistcore.files.packed_numbers import encode_base64_array
+from twistcore.report.curve_drawing import frames_around, interval_severity
 from twistcore.report.document import Report
 from twistcore.review.model import Decision, Judged, Span
 from twistcore.skeleton.motion import Motion
@@ -58,12 +58,14 @@ def pictured_frame(interval: Interval) -> int:
     return interval.start + int(there[len(there) // 2])
 
 
-def applied_and(report: Report, *also: Interval) -> list[Interval]:
+def merge_applied_intervals(report: Report, *also: Interval) -> list[Interval]:
     """Return the applied intervals of a report, followed by those in `also`, without duplicates."""
     return [*(i for i in report.applied if all(i is not own for own in also)), *also]
 
 
-def played_finds(report: Report, most: int = MOST_BYTES) -> tuple[list[PlayedFind], list[Judged]]:
+def select_intervals_to_play(
+    report: Report, most: int = MOST_BYTES
+) -> tuple[list[PlayedFind], list[Judged]]:
     """Return the worst intervals that fit into `most` bytes of a page, and the other intervals.
 
     Rejected intervals are considered last. Frames that are in several intervals are counted once.
@@ -89,7 +91,7 @@ def played_finds(report: Report, most: int = MOST_BYTES) -> tuple[list[PlayedFin
     return finds, out
 
 
-def played_data(
+def player_script_data(
     report: Report, finds: Sequence[PlayedFind], player: Mapping[str, Any]
 ) -> dict[str, Any]:
     """Return the data for the script that plays intervals on the page, without any names.
@@ -124,7 +126,7 @@ def played_data(
 
 
 def _urgency(judged: Judged) -> tuple[bool, float, int]:
-    return judged.decision == Decision.REJECTED, -weight(judged), judged.interval.start
+    return judged.decision == Decision.REJECTED, -interval_severity(judged), judged.interval.start
 
 
 def _moving(motion: Motion) -> list[int]:
@@ -150,7 +152,7 @@ def _find(report: Report, judged: Judged, span: Span) -> PlayedFind:
     if any(interval is own for own in report.applied):
         after = report.refined.sliced(*span)
     elif interval.correctable:
-        intervals = applied_and(report, interval)
+        intervals = merge_applied_intervals(report, interval)
         after = refiner(report.clip.motion, report.chains, intervals)(*span)
     else:
         after = motion
@@ -180,7 +182,7 @@ def _span_data(motion: Motion, span: Span) -> dict[str, Any]:
         "offsets": offsets.round(6).tolist(),
         "moving": [motion.positioned[k] for k in moving],
         "rotations": _turns(own.rotations),
-        "positions": packed(own.positions[:, moving], "f4"),
+        "positions": encode_base64_array(own.positions[:, moving], "f4"),
     }
 
 
@@ -192,4 +194,4 @@ def _after(find: PlayedFind) -> dict[str, Any] | None:
 
 
 def _turns(rotations: Any) -> dict[str, str]:
-    return packed(np.rint(32767.0 * rotations), "i2")
+    return encode_base64_array(np.rint(32767.0 * rotations), "i2")

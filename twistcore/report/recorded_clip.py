@@ -11,13 +11,13 @@ from twistcore.analysis.clip_analysis import ALL_KINDS, ClipAnalysis, analyse
 from twistcore.batch.manifest import ClipRecord
 from twistcore.detection import Kind
 from twistcore.errors import TwistError
-from twistcore.export.replay import accepted_motion, chains_of
+from twistcore.export.replay import accepted_motion, session_chains
 from twistcore.formats.clip import Clip
 from twistcore.formats.reading import read_clip
 from twistcore.report.document import Report
 from twistcore.report.folder_numbers import nonempty_parameters
 from twistcore.review import Review, read_session
-from twistcore.skeleton.own_words import with_own_words
+from twistcore.skeleton.own_words import add_user_joint_words
 from twistcore.skeleton.rig import AS_FOUND, rig_from_json
 
 
@@ -45,7 +45,7 @@ def report_from_manifest(record: ClipRecord, folder: Path) -> Report:
 
 def _reviewed(record: ClipRecord, clip: Clip, path: Path) -> Report:
     session = read_session(path)
-    chains = chains_of(session, clip)
+    chains = session_chains(session, clip)
     refined = accepted_motion(clip, chains, session.state)
     parameters = {**_parameters(record), "session": path.name}
     return Report(clip, chains, session.state, refined, record.name, parameters=parameters)
@@ -80,7 +80,7 @@ def _unreviewed(record: ClipRecord, clip: Clip, folder: Path) -> Report:
 
 def _analysed(clip: Clip, parameters: Mapping[str, Any]) -> ClipAnalysis:
     rig = AS_FOUND if (own := parameters.get("rig")) is None else rig_from_json(own)
-    rig = with_own_words(rig, clip.motion, parameters.get("joint_names"))
+    rig = add_user_joint_words(rig, clip.motion, parameters.get("joint_names"))
     chains, people = (list(parameters.get(key) or ()) or None for key in ("chains", "people"))
     return analyse(clip, chains, rig, people)
 

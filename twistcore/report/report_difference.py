@@ -7,16 +7,16 @@ from pathlib import Path
 from typing import Any
 
 from twistcore.errors import FormatError, TwistError
-from twistcore.files.document_values import frames, has, read_each, text
-from twistcore.report.clip_report import listed_report
+from twistcore.files.document_values import check_keys, check_string, read_each, read_frame_span
+from twistcore.report.clip_report import read_report_json
 
 SCHEMA = "twistcore.report-difference/1"
 SAME, NEW, GONE, DECIDED = "same", "new", "gone", "decided differently"
 
 
-def is_report(path: Path) -> bool:
+def is_clip_report_json(path: Path) -> bool:
     """Return True if a file is the JSON of a clip's report. Raises TwistError if unreadable."""
-    return bool(listed_report(path))
+    return bool(read_report_json(path))
 
 
 def report_difference(a: Path, b: Path) -> dict[str, Any]:
@@ -50,17 +50,17 @@ def report_difference(a: Path, b: Path) -> dict[str, Any]:
 
 
 def _intervals(path: Path) -> Sequence[Mapping[str, Any]]:
-    document = listed_report(path)
+    document = read_report_json(path)
     try:
-        return read_each(has(document, "intervals")["intervals"], "intervals", _interval)
+        return read_each(check_keys(document, "intervals")["intervals"], "intervals", _interval)
     except FormatError as error:
         raise TwistError(f"{path} is not the JSON of a clip's report: {error}") from None
 
 
 def _interval(entry: Any) -> Mapping[str, Any]:
     for key in ("chain", "kind", "joint", "decision"):
-        text(has(entry, key)[key], key)
-    frames(has(entry, "start", "stop"))
+        check_string(check_keys(entry, key)[key], key)
+    read_frame_span(check_keys(entry, "start", "stop"))
     return dict(entry)
 
 

@@ -12,14 +12,14 @@ from markupsafe import Markup
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.correction.corrected import Corrected
 from twistcore.analysis.correction.twist_removal import refine
-from twistcore.report.curve_drawing import ClipCurves, weight
+from twistcore.report.curve_drawing import ClipCurves, interval_severity
 from twistcore.report.document import Report
-from twistcore.report.picture_job import Drawn, Figure, draw_figures, figure_of
+from twistcore.report.picture_job import Drawn, Figure, draw_figures, make_clip_figure
 from twistcore.report.played_finds import (
-    applied_and,
+    merge_applied_intervals,
     pictured_frame,
-    played_data,
-    played_finds,
+    player_script_data,
+    select_intervals_to_play,
 )
 from twistcore.review.model import Decision, Judged
 from twistcore.skeleton.limb import Limb
@@ -27,33 +27,33 @@ from twistcore.skeleton.limb import Limb
 WORST = 3  # intervals shown in pictures
 
 
-def figure_of_worst(report: Report, play: bool = False) -> Figure | None:
+def worst_intervals_figure(report: Report, play: bool = False) -> Figure | None:
     """Return the figure to draw for a page, or None if there is nothing to draw.
 
     If `play` is True, the figure includes views of the intervals that the page plays.
     """
-    played = played_finds(report)[0] if play else []
-    worst, motion = worst_finds(report), report.clip.motion
+    played = select_intervals_to_play(report)[0] if play else []
+    worst, motion = worst_intervals(report), report.clip.motion
     if not (worst or played):
         return None
     chosen = [j.interval for j in worst]
-    after = refine(motion, report.chains, applied_and(report, *chosen))
+    after = refine(motion, report.chains, merge_applied_intervals(report, *chosen))
     wanted = [(i.chain, pictured_frame(i)) for i in chosen]
     views = [
         (f.judged.interval.chain, motion.at(one), f.after.at(one - f.span[0]))
         for f in played
         for one in [np.array([f.frame])]
     ]
-    return figure_of(motion, after, report.chains, wanted, views)
+    return make_clip_figure(motion, after, report.chains, wanted, views)
 
 
 def draw_pictures(report: Report, play: bool = False) -> Drawn:
     """Draw the pictures for a clip's page and, if `play` is True, prepare the animated figure."""
-    figure = figure_of_worst(report, play)
+    figure = worst_intervals_figure(report, play)
     return draw_figures([figure])[0] if figure else Drawn()
 
 
-def worst_finds(report: Report) -> list[Judged]:
+def worst_intervals(report: Report) -> list[Judged]:
     """Return up to WORST intervals that are not rejected, sorted by degrees × frames."""
     names = {chain.name for chain in report.chains}
     may = [
@@ -61,10 +61,10 @@ def worst_finds(report: Report) -> list[Judged]:
         for j in report.state.intervals
         if j.counts and j.decision != Decision.REJECTED and j.interval.chain in names
     ]
-    return sorted(may, key=lambda j: (-weight(j), j.interval.start))[:WORST]
+    return sorted(may, key=lambda j: (-interval_severity(j), j.interval.start))[:WORST]
 
 
-def shown_finds(
+def interval_page_data(
     report: Report,
     analysis: ClipAnalysis,
     drawing: ClipCurves,
@@ -91,7 +91,7 @@ def shown_finds(
     for k, judged in enumerate(judged_finds):
         interval, chain = judged.interval, chains[judged.interval.chain]
         alone = Corrected(analysis)
-        alone.take(applied_and(report, interval))
+        alone.take(merge_applied_intervals(report, interval))
         stuck = report.stuck.get(judged.id, ())
         find: dict[str, Any] = {
             "id": judged.id,
@@ -117,20 +117,20 @@ def shown_finds(
     return out
 
 
-def shown_player(
+def player_page_data(
     report: Report, analysis: ClipAnalysis, drawing: ClipCurves, drawn: Drawn | None
 ) -> dict[str, Any] | None:
     """Return the data that a page needs to play intervals, or None if `drawn` has no such data."""
     player = drawn.player if drawn is not None else {}
     if not player or "problem" in player:
         return {**player, "finds": ()} if player else None
-    played, left_out = played_finds(report)
-    finds = shown_finds(report, analysis, drawing, [find.judged for find in played])
+    played, left_out = select_intervals_to_play(report)
+    finds = interval_page_data(report, analysis, drawing, [find.judged for find in played])
     return {
         "problem": "",
         "finds": [f | {"plays": p} for f, p in zip(finds, played, strict=True)],
         "left_out": [judged.interval for judged in left_out],
-        "data": played_data(report, played, player),
+        "data": player_script_data(report, played, player),
         "scripts": list(map(Markup, player["scripts"])),
     }
 

@@ -18,7 +18,7 @@ from twistcore.review.commands import (
 )
 from twistcore.review.decisions import Decide, RejectFor, Sign
 from twistcore.review.history import Review
-from twistcore.review.journal import Journal, Recovered, recover
+from twistcore.review.journal import Journal, Recovered, replay_journal
 from twistcore.review.left_out import LeaveOut
 from twistcore.review.model import Decision, Judged, ReviewState, Tracking, start_review
 from twistcore.review.session import (
@@ -52,7 +52,7 @@ __all__ = [
     "Track",
     "Tracking",
     "read_session",
-    "recover",
+    "replay_journal",
     "session_bytes",
     "start_review",
     "write_session",

@@ -10,7 +10,7 @@ from typing import Any
 
 from twistcore.errors import ClipMismatchError
 from twistcore.review.model import APPLIED, Decision, Judged, ReviewState, same_offsets
-from twistcore.review.overlaps import overlaps
+from twistcore.review.overlaps import overlapping_interval_pairs
 from twistcore.review.session import judged_to_json
 from twistcore.work.frozen import dataclass
 
@@ -190,7 +190,9 @@ def pair_intervals(mine: Sequence[Judged], theirs: Sequence[Judged]) -> tuple[Pa
     """
     partner: dict[int, int] = {}
     taken: set[int] = set()
-    for _, k, n in sorted(overlaps([j.interval for j in mine], [j.interval for j in theirs])):
+    for _, k, n in sorted(
+        overlapping_interval_pairs([j.interval for j in mine], [j.interval for j in theirs])
+    ):
         if k not in partner and n not in taken:
             partner[k] = n
             taken.add(n)
@@ -201,7 +203,7 @@ def pair_intervals(mine: Sequence[Judged], theirs: Sequence[Judged]) -> tuple[Pa
     return (*pairs, *(PairedIntervals(None, j) for j in alone))
 
 
-def decisions_left_to_second(pairs: Sequence[PairedIntervals], new_id: int) -> tuple[Judged, ...]:
+def decisions_only_by_second(pairs: Sequence[PairedIntervals], new_id: int) -> tuple[Judged, ...]:
     """Return the second reviewer's decisions on intervals that the first has left undecided.
 
     An interval keeps its id in the first review. Intervals that only the second review has get new
@@ -211,7 +213,10 @@ def decisions_left_to_second(pairs: Sequence[PairedIntervals], new_id: int) -> t
     """
     kept = [p.mine.interval for p in pairs if p.mine is not None and p.mine.kept]
     theirs = [p.theirs for p in pairs if p.theirs is not None]
-    clashing = {theirs[n] for _, _, n in overlaps(kept, [judged.interval for judged in theirs])}
+    clashing = {
+        theirs[n]
+        for _, _, n in overlapping_interval_pairs(kept, [judged.interval for judged in theirs])
+    }
     out: list[Judged] = []
     for pair in pairs:
         free = pair.theirs not in clashing and not (pair.mine is not None and pair.mine.kept)

@@ -12,11 +12,11 @@ from twistcore.review.model import (
     Judged,
     ReviewState,
     Tracking,
-    as_written,
-    chain_places,
+    chain_index_by_name,
+    round_interval_offset,
     with_earlier_decisions,
 )
-from twistcore.review.overlaps import overlaps
+from twistcore.review.overlaps import overlapping_interval_pairs
 from twistcore.skeleton.rig import Rig
 from twistcore.work.frozen import dataclass
 
@@ -90,7 +90,9 @@ class Edit(Command):
             raise ValueError(
                 "detections of this kind are not corrected; press Insert to create an interval"
             )
-        return state.with_changes((self.id,), interval=as_written(self.interval), edited=True)
+        return state.with_changes(
+            (self.id,), interval=round_interval_offset(self.interval), edited=True
+        )
 
     def continues(self, earlier: Command) -> bool:
         """Return True if `earlier` edits the same interval in the same drag."""
@@ -134,7 +136,7 @@ class Insert(Command):
 
     def apply(self, state: ReviewState) -> ReviewState:
         """Return the state with the new interval, which is undecided."""
-        new = Judged(state.next_id, as_written(self.interval), by_hand=True)
+        new = Judged(state.next_id, round_interval_offset(self.interval), by_hand=True)
         return state.with_intervals((*state.intervals, new), next_id=state.next_id + 1)
 
 
@@ -261,7 +263,7 @@ class ChangeChains(Command):
             for j in state.intervals
             if (name := j.interval.chain) in tau and state.rig.own(name) == self.rig.own(name)
         ]
-        state = replace(state, rig=self.rig, tau=tau, chain_order=chain_places(tau))
+        state = replace(state, rig=self.rig, tau=tau, chain_order=chain_index_by_name(tau))
         return _redetected(state.with_intervals(kept), self.again, self.found)
 
 
@@ -362,7 +364,7 @@ def _merged(
     partner: dict[int, int] = {}
     taken: set[int] = set()
     supported: set[int] = set()
-    pairs = sorted(overlaps([judged.interval for judged in earlier], found))
+    pairs = sorted(overlapping_interval_pairs([judged.interval for judged in earlier], found))
     for minus_common, k, n in pairs:
         if earlier[k].kept and _replaces(earlier[k].interval, found[n], -minus_common):
             supported.add(k)

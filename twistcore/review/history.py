@@ -9,7 +9,7 @@ from twistcore.detection import Interval
 from twistcore.review.commands import Command, Insert
 from twistcore.review.decisions import Decide, Sign
 from twistcore.review.model import Decision, Judged, ReviewState, start_review
-from twistcore.review.reasons import with_reasons
+from twistcore.review.reasons import make_evidence_adder
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.work.frozen import dataclass
@@ -186,7 +186,7 @@ class Review:
 
         `found` contains the detected intervals. Copying evidence is not a step of the history.
         """
-        change = with_reasons(found)
+        change = make_evidence_adder(found)
         self._saved = self._saved and change(self._saved)
         self._change_all(change)
 

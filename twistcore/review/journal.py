@@ -24,20 +24,20 @@ from typing import Any, BinaryIO
 
 from twistcore.detection import Interval
 from twistcore.errors import FormatError, TwistError
-from twistcore.files.atomic import free_name, sync_folder, write_atomically
+from twistcore.files.atomic import first_unused_path, sync_folder, write_atomically
 from twistcore.files.document_values import (
-    bytes_of,
-    flag,
-    has,
-    one_of,
+    check_bool,
+    check_choice,
+    check_integer,
+    check_keys,
+    check_string,
+    check_string_list,
     parsed_json,
+    read_bytes_limited,
     read_each,
-    text,
-    texts,
-    whole,
 )
 from twistcore.files.encoding import json_bytes
-from twistcore.files.lock import is_held, lock
+from twistcore.files.lock import is_file_locked, lock_file
 from twistcore.files.ordinary import read_file
 from twistcore.formats.clip import Clip
 from twistcore.review.commands import (
@@ -51,7 +51,7 @@ from twistcore.review.commands import (
     Track,
 )
 from twistcore.review.history import Review
-from twistcore.review.left_out import LeaveOut, spans_from_json
+from twistcore.review.left_out import LeaveOut, excluded_spans_from_json
 from twistcore.review.model import Decision, ReviewState
 from twistcore.review.session import (
     Session,
@@ -93,7 +93,7 @@ class Journal:
         """
         self.path = path
         self._file: BinaryIO = path.open("xb", buffering=0)
-        lock(self._file.fileno())  # shows other programs that the journal is in use
+        lock_file(self._file.fileno())  # shows other programs that the journal is in use
         self._good = 0  # bytes of complete lines on disk
         self._waiting: list[bytes] = []
         try:
@@ -114,14 +114,14 @@ class Journal:
         path = recovered.path
         data = read_file(path)
         if recovered.damaged:
-            write_atomically(free_name(path, ".damaged"), data)
+            write_atomically(first_unused_path(path, ".damaged"), data)
         try:  # a new file, because another window may still have the old one open
             write_atomically(path, data[: recovered.size])
         except OSError:
-            if is_held(path):
+            if is_file_locked(path):
                 raise
         file = path.open("r+b", buffering=0)
-        lock(file.fileno())
+        lock_file(file.fileno())
         file.truncate(recovered.size)  # drop an incomplete last line, or lines saved in the copy
         journal = cls.__new__(cls)
         journal.path, journal._file = path, file
@@ -217,22 +217,22 @@ class Recovered:
     damaged: int
 
 
-def recover(path: Path, clip: Clip | None = None) -> Recovered:
+def replay_journal(path: Path, clip: Clip | None = None) -> Recovered:
     """Replay a journal, and return the review and the session in it.
 
     `clip` is the clip on which the journal is replayed. If the journal was written for this clip,
     entries with frames that the clip does not have count as damaged. Raises TwistError if the
     journal cannot be read or its first line is damaged.
     """
-    lines = bytes_of(path, _MOST_BYTES).split(b"\n")
+    lines = read_bytes_limited(path, _MOST_BYTES).split(b"\n")
     try:
         if len(lines) < 2:
             raise FormatError("expected a complete line")
-        head = has(parsed_json(lines[0]), "schema", "session")
+        head = check_keys(parsed_json(lines[0]), "schema", "session")
         if head["schema"] != SCHEMA:
             raise FormatError(f"expected a document with schema {SCHEMA!r}")
         session = session_from_document(head["session"])
-        steps = whole(head.get("steps", 0), "steps")
+        steps = check_integer(head.get("steps", 0), "steps")
         own = clip is not None and clip.sha256 == session.sha256
         motion = clip.motion if clip is not None and own else None
         found = (judged.interval for judged in session.state.intervals)
@@ -256,7 +256,7 @@ def recover(path: Path, clip: Clip | None = None) -> Recovered:
 
 def _replayed(review: Review, entry: Any, motion: Motion | None) -> Review:
     frames = None if motion is None else motion.frames
-    if "session" in has(entry, what="an entry"):
+    if "session" in check_keys(entry, what="an entry"):
         state = session_from_document(entry["session"]).state
         if state.rig != review.state.rig:  # an undo restored other chains
             _check_chains(state.rig, state.tau, motion)
@@ -323,7 +323,7 @@ def _check_chains(rig: Rig, tau: Mapping[str, float], motion: Motion | None) -> 
         raise FormatError("expected τ for exactly the chains of the rig")
 
 
-def state_entry(clip: Clip, state: ReviewState) -> dict[str, Any]:
+def session_journal_entry(clip: Clip, state: ReviewState) -> dict[str, Any]:
     """Return a journal entry with the whole session."""
     return {"session": session_document(clip, state)}
 
@@ -345,14 +345,14 @@ def _as_is(value: Any) -> Any:
 
 # For each field of a command, the functions that convert it to and from JSON data.
 _FORMS: Mapping[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
-    **{name: (_as_is, partial(text, what=name)) for name in _TEXTS},
-    **{name: (_as_is, partial(flag, what=name)) for name in ("same_clip", "in_bulk")},
-    **{name: (_as_is, partial(whole, what=name)) for name in ("id", "drag")},
-    "ids": (list, partial(read_each, what="ids", read=partial(whole, what="an id"))),
-    "again": (list, partial(texts, what="again")),
+    **{name: (_as_is, partial(check_string, what=name)) for name in _TEXTS},
+    **{name: (_as_is, partial(check_bool, what=name)) for name in ("same_clip", "in_bulk")},
+    **{name: (_as_is, partial(check_integer, what=name)) for name in ("id", "drag")},
+    "ids": (list, partial(read_each, what="ids", read=partial(check_integer, what="an id"))),
+    "again": (list, partial(check_string_list, what="again")),
     "rig": (rig_to_json, rig_from_json),
-    "decision": (str, lambda d: Decision(one_of(d, "decision", [d.value for d in Decision]))),
-    "spans": (lambda spans: [list(span) for span in spans], spans_from_json),
+    "decision": (str, lambda d: Decision(check_choice(d, "decision", [d.value for d in Decision]))),
+    "spans": (lambda spans: [list(span) for span in spans], excluded_spans_from_json),
     "interval": (interval_to_json, interval_from_json),
     "tau": (tau_to_json, tau_from_json),
     "found": (
@@ -382,11 +382,11 @@ def command_to_json(command: Command) -> dict[str, Any]:
 
 def command_from_json(entry: Any) -> Command:
     """Convert a dict from :func:`command_to_json` to a command. Raises FormatError."""
-    kind: Any = _KINDS[one_of(has(entry, "do")["do"], "do", _KINDS)]
+    kind: Any = _KINDS[check_choice(check_keys(entry, "do")["do"], "do", _KINDS)]
     # The first journals did not have these fields.
     entry = {"same_clip": False, "in_bulk": False, "what": "", **entry}
     names = {field.name: _NAMES.get(field.name, field.name) for field in fields(kind)}
-    has(entry, *names.values())
+    check_keys(entry, *names.values())
     read = {name: _FORMS[name][1](entry[key]) for name, key in names.items()}
     command: Command = kind(**read)
     return command

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
-from twistcore.files.document_values import frames, read_each, unexpected
+from twistcore.files.document_values import read_each, read_frame_span, unexpected_value_error
 from twistcore.review.commands import Command
 from twistcore.review.model import ReviewState, Span
 from twistcore.work.frozen import dataclass
@@ -59,12 +59,12 @@ def uncovered_parts(spans: Iterable[Span], others: Iterable[Span]) -> tuple[Span
     return tuple(out)
 
 
-def spans_from_json(entries: Any) -> tuple[Span, ...]:
+def excluded_spans_from_json(entries: Any) -> tuple[Span, ...]:
     """Convert JSON data to the spans that are excluded from tuning. Raises FormatError."""
     return joined_spans(read_each(entries, "left_out", _span))
 
 
 def _span(entry: Any) -> Span:
     if not (isinstance(entry, list | tuple) and len(entry) == 2):
-        raise unexpected("[start, stop]", "a span", entry)
-    return frames({"start": entry[0], "stop": entry[1]})
+        raise unexpected_value_error("[start, stop]", "a span", entry)
+    return read_frame_span({"start": entry[0], "stop": entry[1]})

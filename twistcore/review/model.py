@@ -374,17 +374,17 @@ def start_review(
     """
     judged = [Judged(k, interval.for_review) for k, interval in enumerate(found, start=1)]
     state = ReviewState(
-        method, MappingProxyType(dict(tau)), chain_order=chain_places(chains), rig=rig
+        method, MappingProxyType(dict(tau)), chain_order=chain_index_by_name(chains), rig=rig
     )
     return state.with_intervals(judged, next_id=len(judged) + 1)
 
 
-def chain_places(chains: Iterable[str]) -> Mapping[str, int]:
+def chain_index_by_name(chains: Iterable[str]) -> Mapping[str, int]:
     """Return the index of each chain in the given order, keyed by name."""
     return MappingProxyType({name: k for k, name in enumerate(chains)})
 
 
-def as_written(interval: Interval) -> Interval:
+def round_interval_offset(interval: Interval) -> Interval:
     """Return the interval with its offset rounded to nine decimals of a degree, as in sessions.
 
     Because of this rounding, the window and `twistcore apply` correct by exactly the same angles.
@@ -408,7 +408,7 @@ def same_offsets(one: Interval, other: Interval) -> bool:
     return frames and np.allclose(one.offset, other.offset, atol=1e-12)
 
 
-def with_level(interval: Interval, delta: float) -> Interval:
+def with_median_offset(interval: Interval, delta: float) -> Interval:
     """Return the interval with its offset shifted so that the median is `delta`, in radians.
 
     If the error begins and ends gradually, its offset is scaled instead, so that the largest offset
@@ -419,12 +419,12 @@ def with_level(interval: Interval, delta: float) -> Interval:
     return interval.with_offset(interval.start, wrap(interval.offset + (delta - interval.delta)))
 
 
-def flattened(interval: Interval) -> Interval:
+def with_constant_offset(interval: Interval) -> Interval:
     """Return the interval with its offset replaced by the median offset in all frames."""
     return interval.with_offset(interval.start, np.full(interval.frames, interval.delta))
 
 
-def with_straight_twist(interval: Interval, theta_p: Array) -> Interval:
+def with_twist_straightening_offset(interval: Interval, theta_p: Array) -> Interval:
     """Return the interval with offsets whose removal makes the parent's twist linear in time.
 
     The correction then removes all variation of the twist, such as drift or jitter.
@@ -439,11 +439,11 @@ def with_straight_twist(interval: Interval, theta_p: Array) -> Interval:
     if interval.frames >= len(theta_p):
         return interval
     return interval.with_offset(
-        interval.start, relative_to_neighbours(theta_p, interval.start, interval.stop)
+        interval.start, angles_relative_to_neighbours(theta_p, interval.start, interval.stop)
     )
 
 
-def relative_to_neighbours(theta: Array, start: int, stop: int) -> Array:
+def angles_relative_to_neighbours(theta: Array, start: int, stop: int) -> Array:
     """Return the angles in [start, stop) relative to a line between the frames on either side.
 
     The line connects the angle in the frame before the span with the angle in the frame after it.

@@ -12,7 +12,7 @@ from twistcore.review.commands import ChangeChains
 from twistcore.review.model import ReviewState
 
 
-def changed_chains(
+def chain_change_command(
     before: ClipAnalysis, after: ClipAnalysis, state: ReviewState, what: str = ""
 ) -> ChangeChains:
     """Return the command that changes a review from one set of chains to another.

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from twistcore.detection import Interval
 
 
-def overlaps(
+def overlapping_interval_pairs(
     first: Sequence[Interval], second: Sequence[Interval]
 ) -> Iterator[tuple[int, int, int]]:
     """Yield (−overlap, k, n) for each pair of overlapping intervals that may be the same error.

@@ -8,13 +8,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from twistcore.analysis.correction.joint_repairs import joint_of, turned_back
+from twistcore.analysis.correction.joint_repairs import interval_joint_index, remove_joint_roll
 from twistcore.detection import Interval, Kind
 from twistcore.detection.finding import KindSearch
 from twistcore.detection.interval import circular_median
 from twistcore.detection.limb_flips import BENT, LimbFlips
-from twistcore.detection.stretches import find_stretches, roll_off, stretch_over
-from twistcore.review.model import constant_interval, relative_to_neighbours
+from twistcore.detection.stretches import find_stretches, roll_deviation, stretch_interval
+from twistcore.review.model import angles_relative_to_neighbours, constant_interval
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, geodesic_angle, slerp
@@ -33,7 +33,7 @@ def proposed_interval(chain: str, signals: TwistSignals, frame: int, fps: float)
 
     In a counter-rotation, the parent and the child rotate in opposite directions. The
     counter-rotations are searched for within half a second of the frame. If there is none of 1° or
-    more, the interval is 0.1 s long. The offset is as in :func:`interval_over`.
+    more, the interval is 0.1 s long. The offset is as in :func:`interval_with_proposed_offset`.
 
     Parameters
     ----------
@@ -51,16 +51,20 @@ def proposed_interval(chain: str, signals: TwistSignals, frame: int, fps: float)
     first, last = max(1, frame - reach), min(frames, frame + reach + 1)
     start = _strongest(signals.strength, first, frame + 1)
     stop = _strongest(signals.strength, max(frame, start) + 1, last)
-    return interval_over(chain, signals, *_both_edges(start, stop, frame, frames, fps))
+    return interval_with_proposed_offset(
+        chain, signals, *_both_edges(start, stop, frame, frames, fps)
+    )
 
 
-def interval_over(chain: str, signals: TwistSignals, start: int, stop: int) -> Interval:
+def interval_with_proposed_offset(
+    chain: str, signals: TwistSignals, start: int, stop: int
+) -> Interval:
     """Return an interval over [start, stop) with an offset proposed from the chain's signals.
 
     The offset is the median of the parent's twist θp in the interval, relative to a line between
     the frames before and after the interval.
     """
-    level = median(relative_to_neighbours(signals.theta_p, start, stop))
+    level = median(angles_relative_to_neighbours(signals.theta_p, start, stop))
     return constant_interval(chain, start, stop, level)
 
 
@@ -76,19 +80,21 @@ def proposed_flip(limb: LimbFlips, frame: int) -> Interval:
     start = int(near[near <= frame].max(initial=-1))
     stop = int(near[near > frame].min(initial=len(limb.departures)))
     stop = stop if stop < len(limb.departures) else -1
-    return inserted_flip(limb, *_both_edges(start, stop, frame, len(limb.departures), limb.fps))
+    return limb_flip_in_frames(
+        limb, *_both_edges(start, stop, frame, len(limb.departures), limb.fps)
+    )
 
 
-def inserted_flip(limb: LimbFlips, start: int, stop: int) -> Interval:
+def limb_flip_in_frames(limb: LimbFlips, start: int, stop: int) -> Interval:
     """Return a limb flip in frames [start, stop), with an offset as in :func:`proposed_flip`."""
-    level = circular_median(relative_to_neighbours(limb.swivel.angle, start, stop))
+    level = circular_median(angles_relative_to_neighbours(limb.swivel.angle, start, stop))
     if median(limb.swivel.height[start:stop]) < BENT:
         level = float(limb.departures[start])
     flip = replace(constant_interval(limb.limb.name, start, stop, level), kind=Kind.LIMB_FLIP)
     return replace(flip, carried=limb.end_carried(start, flip.offset))
 
 
-def proposed_at_jump(
+def propose_error_at_jump(
     search: KindSearch, jump: Interval, others: Iterable[Interval]
 ) -> Interval | None:
     """Suggest an error that begins or ends at a jump of a joint, or return None.
@@ -97,7 +103,7 @@ def proposed_at_jump(
     its bone, and a spike if the joint soon returns. `others` are the other intervals of the clip.
     Raises TwistError if the clip does not have the jump's joint.
     """
-    joint = joint_of(search.motion.skeleton, jump)
+    joint = interval_joint_index(search.motion.skeleton, jump)
     return _stretch_at(search, joint, jump, others) or _spike_at(search.motion, joint, jump)
 
 
@@ -122,28 +128,32 @@ def _stretch_at(
     edges = sorted({0, search.motion.frames, jump.start, *same})
     at = edges.index(jump.start)
     spans = list(pairwise(edges[max(at - 1, 0) : at + 2]))
-    off = roll_off(search, joint, (spans[0][0], spans[-1][1]))
+    off = roll_deviation(search, joint, (spans[0][0], spans[-1][1]))
     if off is None:
         if jump.kind != Kind.LONE_JUMP:
             return None
         span = min(reversed(spans), key=lambda span: span[1] - span[0])
         turn = jump.residual if span[0] == jump.start else -jump.residual
-        return stretch_over(search, jump.chain, joint, span, turn)
+        return stretch_interval(search, jump.chain, joint, span, turn)
     levels = {span: off[slice(*span)] for span in spans}
     turns = {span: circular_median(own[np.isfinite(own)]) for span, own in levels.items()}
     span, turn = max(turns.items(), key=lambda item: abs(item[1]))
     if abs(turn) < 0.5 * abs(jump.residual):
         return None
-    made = stretch_over(search, jump.chain, joint, span, turn)
+    made = stretch_interval(search, jump.chain, joint, span, turn)
     removed = jump.kind == Kind.LONE_JUMP or _removes(search, made, jump)
     return made if removed else None
 
 
 def _removes(search: KindSearch, stretch: Interval, jump: Interval) -> bool:
     """Return True if the correction of a stretch removes at least half of a jump."""
-    joint, first, stop = joint_of(search.motion.skeleton, stretch), jump.start - 1, jump.start + 1
+    joint, first, stop = (
+        interval_joint_index(search.motion.skeleton, stretch),
+        jump.start - 1,
+        jump.start + 1,
+    )
     before = (search.corrected() or search.motion.sliced)(first, stop)
-    after = turned_back(before, [stretch.within(first, stop)])
+    after = remove_joint_roll(before, [stretch.within(first, stop)])
     turn, left = (float(geodesic_angle(*m.rotations[:, joint])) for m in (before, after))
     return left <= 0.5 * turn
 

@@ -23,7 +23,7 @@ def redetected_intervals(analysis: ClipAnalysis, state: ReviewState) -> tuple[In
     return tuple(i for n, t in state.tau.items() if n in there for i in detector.intervals(n, t))
 
 
-def with_reasons(found: Iterable[Interval]) -> Callable[[ReviewState], ReviewState]:
+def make_evidence_adder(found: Iterable[Interval]) -> Callable[[ReviewState], ReviewState]:
     """Return a function that adds the evidence of detected intervals to the intervals of a state.
 
     An interval gets the evidence of an interval in `found` with the same chain, kind, joint and

@@ -18,29 +18,29 @@ from twistcore.errors import FormatError, TwistError
 from twistcore.files.atomic import write_atomically
 from twistcore.files.document_values import (
     DEGREES,
-    above_zero,
-    bytes_of,
-    errors_naming,
-    flag,
-    frames,
-    has,
-    number,
-    one_of,
+    check_bool,
+    check_choice,
+    check_integer,
+    check_keys,
+    check_number,
+    check_path_string,
+    check_positive_number,
+    check_string,
+    check_string_list,
     parsed_json,
-    path_text,
+    prefix_format_errors,
+    read_bytes_limited,
     read_each,
-    text,
-    texts,
-    unexpected,
-    whole,
+    read_frame_span,
+    unexpected_value_error,
 )
 from twistcore.files.encoding import json_bytes
-from twistcore.files.kinds import JSON, SESSION, found_instead
-from twistcore.files.ordinary import is_there
+from twistcore.files.kinds import JSON, SESSION, wrong_file_kind_message
+from twistcore.files.ordinary import path_exists
 from twistcore.formats.clip import Clip
 from twistcore.review.history import Review
-from twistcore.review.left_out import spans_from_json
-from twistcore.review.model import Decision, Judged, ReviewState, Tracking, chain_places
+from twistcore.review.left_out import excluded_spans_from_json
+from twistcore.review.model import Decision, Judged, ReviewState, Tracking, chain_index_by_name
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rig import AS_FOUND, rig_from_json, rig_to_json
@@ -64,8 +64,8 @@ _SCHEMAS = (SCHEMA, TRACKING_SCHEMA, LIMBS_SCHEMA, BOTH_WAYS_SCHEMA, JOINTS_SCHE
 _WITH_KINDS = (LIMBS_SCHEMA, BOTH_WAYS_SCHEMA, JOINTS_SCHEMA, SPLINE_SCHEMA)
 # Fields of an interval under review in addition to the interval, its id and the decision.
 _JUDGED: Mapping[str, Callable[[Any, str], Any]] = {
-    **dict.fromkeys(("by_hand", "edited", "supported"), flag),
-    **dict.fromkeys(("reviewer", "decided_at", "note", "reason"), text),
+    **dict.fromkeys(("by_hand", "edited", "supported"), check_bool),
+    **dict.fromkeys(("reviewer", "decided_at", "note", "reason"), check_string),
 }
 
 
@@ -242,16 +242,16 @@ def read_session(path: str | Path) -> Session:
     Traceback (most recent call last):
     twistcore.errors.TwistError: no.twist.json: expected a session file, but the file does not exist
     """
-    return read_session_file(Path(path))[0]
+    return read_session_with_hash(Path(path))[0]
 
 
-def read_session_file(path: Path) -> tuple[Session, str]:
+def read_session_with_hash(path: Path) -> tuple[Session, str]:
     """Return the session in a file, and the SHA-256 of the file's bytes. Raises TwistError."""
-    if not is_there(path):
+    if not path_exists(path):
         raise TwistError(f"{path}: expected a session file, but the file does not exist")
-    data = bytes_of(path)
-    with errors_naming(path):
-        if instead := found_instead(data, SESSION, JSON):
+    data = read_bytes_limited(path)
+    with prefix_format_errors(path):
+        if instead := wrong_file_kind_message(data, SESSION, JSON):
             raise FormatError(instead)
         session = session_from_document(parsed_json(data))
     return session, hashlib.sha256(data).hexdigest()
@@ -261,27 +261,30 @@ def session_from_document(document: Any) -> Session:
     """Convert JSON data to a session. Raises FormatError if a part is missing or wrong."""
     if not isinstance(document, Mapping) or document.get("schema") not in list(_SCHEMAS):
         raise FormatError(f"expected a document with schema {', '.join(map(repr, _SCHEMAS))}")
-    has(document, "clip", "sha256", "fps", "method", "tau_deg", "next_id", "intervals")
+    check_keys(document, "clip", "sha256", "fps", "method", "tau_deg", "next_id", "intervals")
     kinds = document["schema"] in _WITH_KINDS
     tau = tau_from_json(document["tau_deg"])
     intervals = read_each(
         document["intervals"], "intervals", partial(judged_from_json, kinds=kinds)
     )
-    next_id, ids = whole(document["next_id"], "next_id"), [j.id for j in intervals]
+    next_id, ids = check_integer(document["next_id"], "next_id"), [j.id for j in intervals]
     if len(set(ids)) != len(ids) or any(k >= next_id for k in ids):
         raise FormatError("expected intervals with different ids, all below next_id")
     state = ReviewState(
-        method=text(document["method"], "method"),
+        method=check_string(document["method"], "method"),
         tau=MappingProxyType(tau),
         intervals=intervals,
         next_id=next_id,
-        chain_order=chain_places(tau),
+        chain_order=chain_index_by_name(tau),
         tracking=_tracking_of(document),
         rig=rig_from_json(document["rig"]) if kinds and "rig" in document else AS_FOUND,
-        left_out=spans_from_json(document.get("left_out", ())),
+        left_out=excluded_spans_from_json(document.get("left_out", ())),
     )
-    clip, sha256 = path_text(document["clip"], "clip"), text(document["sha256"], "sha256")
-    return Session(clip, sha256, above_zero(document["fps"], "fps"), state)
+    clip, sha256 = (
+        check_path_string(document["clip"], "clip"),
+        check_string(document["sha256"], "sha256"),
+    )
+    return Session(clip, sha256, check_positive_number(document["fps"], "fps"), state)
 
 
 def _tracking_of(document: Mapping[str, Any]) -> Tracking | None:
@@ -293,20 +296,25 @@ def _tracking_of(document: Mapping[str, Any]) -> Tracking | None:
     return None
 
 
-def degrees_to_json(radians: float) -> float:
+def radians_to_json_degrees(radians: float) -> float:
     """Convert an angle from radians to degrees with nine decimals. −0.0 becomes 0.0."""
     return round(float(np.degrees(radians)), 9) + 0.0
 
 
 def tau_to_json(tau: Mapping[str, float]) -> dict[str, float]:
     """Return τ in degrees as JSON data, keyed by the name of the chain or limb."""
-    return {name: degrees_to_json(t) for name, t in tau.items()}
+    return {name: radians_to_json_degrees(t) for name, t in tau.items()}
 
 
 def tau_from_json(entry: Any) -> dict[str, float]:
     """Return τ in radians, keyed by name, from JSON data in degrees. Raises FormatError."""
-    degrees = {name: above_zero(t, "tau_deg") for name, t in has(entry, what="tau_deg").items()}
-    return {text(name, "tau_deg"): math.radians(min(t, DEGREES)) for name, t in degrees.items()}
+    degrees = {
+        name: check_positive_number(t, "tau_deg")
+        for name, t in check_keys(entry, what="tau_deg").items()
+    }
+    return {
+        check_string(name, "tau_deg"): math.radians(min(t, DEGREES)) for name, t in degrees.items()
+    }
 
 
 def needs_both_ways_schema(tracking: Tracking | None) -> bool:
@@ -336,20 +344,22 @@ def tracking_to_json(tracking: Tracking) -> dict[str, Any]:
 
 def tracking_from_json(entry: Any) -> Tracking:
     """Convert JSON data to tracking settings. Raises FormatError if they are damaged."""
-    has(entry, "joints", "gains", "kp", "kd", "ka", "weights", what="tracking")
-    joints = texts(entry["joints"], "joints")
-    causal = flag(entry.get("causal", True), "causal")  # the first files lack this key and the next
-    place = flag(entry.get("place", False), "place")
+    check_keys(entry, "joints", "gains", "kp", "kd", "ka", "weights", what="tracking")
+    joints = check_string_list(entry["joints"], "joints")
+    causal = check_bool(
+        entry.get("causal", True), "causal"
+    )  # the first files lack this key and the next
+    place = check_bool(entry.get("place", False), "place")
     if not (joints or place):
         raise FormatError("expected joints to track, found an empty list")
-    gains = one_of(entry["gains"], "gains", ("hand", "learned", "spline"))
-    kp, kd, ka = (number(entry[key], key) for key in ("kp", "kd", "ka"))
-    weights = text(entry["weights"], "weights")
+    gains = check_choice(entry["gains"], "gains", ("hand", "learned", "spline"))
+    kp, kd, ka = (check_number(entry[key], key) for key in ("kp", "kd", "ka"))
+    weights = check_string(entry["weights"], "weights")
     found = Tracking(joints, kp, kd, ka, gains == "learned", weights, causal, place)
     if gains != "spline":
         return found
-    has(entry, "cutoff", "bursts", what="tracking")
-    cutoff = above_zero(entry["cutoff"], "cutoff")
+    check_keys(entry, "cutoff", "bursts", what="tracking")
+    cutoff = check_positive_number(entry["cutoff"], "cutoff")
     bursts = read_each(entry["bursts"], what="bursts", read=_burst_from_json)
     if not {name for name, _, _ in bursts} <= set(joints):
         raise FormatError("expected noise bursts only in joints that are tracked")
@@ -360,10 +370,10 @@ def _burst_from_json(entry: Any) -> tuple[str, int, int]:
     """Convert JSON data to a noise burst: joint, start and stop. Raises FormatError."""
     if not (isinstance(entry, list) and len(entry) == 3):
         raise FormatError("expected a joint, a start and a stop for each burst")
-    start, stop = (whole(frame, "bursts") for frame in entry[1:])
+    start, stop = (check_integer(frame, "bursts") for frame in entry[1:])
     if start >= stop:
         raise FormatError(f"expected a burst that starts before it stops, found {start} and {stop}")
-    return text(entry[0], "bursts"), start, stop
+    return check_string(entry[0], "bursts"), start, stop
 
 
 def interval_to_json(interval: Interval, *, kinds: bool = False) -> dict[str, Any]:
@@ -372,7 +382,7 @@ def interval_to_json(interval: Interval, *, kinds: bool = False) -> dict[str, An
     The offset, in degrees, is one number if it is constant, or a list with one number per frame. If
     `kinds` is True, the kind is written even for a counter-twist.
     """
-    degrees = [degrees_to_json(offset) for offset in interval.offset]
+    degrees = [radians_to_json_degrees(offset) for offset in interval.offset]
     entry = {
         "chain": interval.chain,
         "start": interval.start,
@@ -380,7 +390,7 @@ def interval_to_json(interval: Interval, *, kinds: bool = False) -> dict[str, An
         "offset_deg": degrees[0] if len(set(degrees)) == 1 else degrees,
         "confidence": interval.confidence,
         "open": interval.open,
-        "residual_deg": degrees_to_json(interval.residual),
+        "residual_deg": radians_to_json_degrees(interval.residual),
     }
     if kinds or interval.kind != Kind.COUNTER_TWIST:
         entry |= {"kind": interval.kind.value, "carried": interval.carried, "joint": interval.joint}
@@ -393,20 +403,22 @@ def interval_from_json(entry: Any) -> Interval:
     A constant offset takes up the memory of a single number, because frame numbers in a damaged
     file may be huge.
     """
-    has(entry, "chain", "start", "stop", "offset_deg", "confidence", "open", "residual_deg")
-    start, stop = frames(entry)
+    check_keys(entry, "chain", "start", "stop", "offset_deg", "confidence", "open", "residual_deg")
+    start, stop = read_frame_span(entry)
     confidence = entry["confidence"]
     return Interval(
-        text(entry["chain"], "chain"),
+        check_string(entry["chain"], "chain"),
         start,
         stop,
         _offset(entry["offset_deg"], stop - start),
-        confidence=None if confidence is None else number(confidence, "confidence"),
-        open=flag(entry["open"], "open"),
-        residual=math.radians(number(entry["residual_deg"], "residual_deg", -DEGREES, DEGREES)),
+        confidence=None if confidence is None else check_number(confidence, "confidence"),
+        open=check_bool(entry["open"], "open"),
+        residual=math.radians(
+            check_number(entry["residual_deg"], "residual_deg", -DEGREES, DEGREES)
+        ),
         kind=_kind(entry.get("kind", Kind.COUNTER_TWIST.value)),
-        carried=flag(entry.get("carried", False), "carried"),
-        joint=text(entry.get("joint", ""), "joint"),
+        carried=check_bool(entry.get("carried", False), "carried"),
+        joint=check_string(entry.get("joint", ""), "joint"),
     )
 
 
@@ -415,17 +427,17 @@ def _kind(entry: Any) -> Kind:
 
     Raises FormatError if the name is not a string or is not spelled exactly as expected.
     """
-    if not text(entry, "kind").strip():
-        raise unexpected("a string", "kind", entry)
+    if not check_string(entry, "kind").strip():
+        raise unexpected_value_error("a string", "kind", entry)
     if (kind := Kind(entry)) != entry:  # any other spelling counts as damage
-        raise unexpected(repr(kind.value), "kind", entry)
+        raise unexpected_value_error(repr(kind.value), "kind", entry)
     return kind
 
 
 def _offset(entry: Any, frames: int) -> Array:
     """Convert an offset in degrees, one number or one per frame, to radians, shape (frames,)."""
     listed = entry if isinstance(entry, list) else [entry]
-    degrees = [number(one, "offset_deg", -DEGREES, DEGREES) for one in listed]
+    degrees = [check_number(one, "offset_deg", -DEGREES, DEGREES) for one in listed]
     if len(degrees) not in (1, frames):
         raise FormatError(f"expected {frames} numbers for offset_deg, found {len(degrees)}")
     return np.broadcast_to(np.radians(degrees), (frames,))
@@ -447,13 +459,13 @@ def judged_from_json(entry: Any, *, kinds: bool = False) -> Judged:
 
     If `kinds` is True, a counter-twist without a kind counts as damaged.
     """
-    has(entry, "id", "decision", *(k for k in _JUDGED if k != "reason"), what="an interval")
-    has(entry, *(("kind", "carried") if kinds else ()))
+    check_keys(entry, "id", "decision", *(k for k in _JUDGED if k != "reason"), what="an interval")
+    check_keys(entry, *(("kind", "carried") if kinds else ()))
     values = {"reason": "", **entry}  # the first files have no reason
     return Judged(
-        whole(entry["id"], "id"),
+        check_integer(entry["id"], "id"),
         interval_from_json(entry),
-        Decision(one_of(entry["decision"], "decision", [d.value for d in Decision])),
+        Decision(check_choice(entry["decision"], "decision", [d.value for d in Decision])),
         **{key: check(values[key], key) for key, check in _JUDGED.items()},
-        in_bulk=flag(entry.get("in_bulk", False), "in_bulk"),
+        in_bulk=check_bool(entry.get("in_bulk", False), "in_bulk"),
     )

@@ -13,7 +13,7 @@ SOFT = "a soft onset"  # value of the evidence "follows" of a soft error
 BEGUN, THERE = 0.05, 0.9  # shares of the largest offset at which the rise begins and ends
 
 
-def is_soft(interval: Interval) -> bool:
+def is_soft_error(interval: Interval) -> bool:
     """Return True if the interval was found as a soft error, which begins and ends gradually."""
     offset = interval.offset  # usually constant; then the evidence need not be computed
     if not len(offset) or (offset[0] == offset).all():
@@ -21,14 +21,14 @@ def is_soft(interval: Interval) -> bool:
     return (interval.evidence or {}).get("follows") == SOFT
 
 
-def soft_onset(interval: Interval) -> str:
+def describe_soft_onset(interval: Interval) -> str:
     """Describe the onset and the size of a soft error in words, or return '' for other errors."""
-    if not is_soft(interval):
+    if not is_soft_error(interval):
         return ""
     sigma = (interval.evidence or {})["sigma_deg"]
     largest = math.degrees(interval.largest)
     times = abs(largest) / sigma
-    rises, falls = onset_frames(interval.offset)
+    rises, falls = rise_and_fall_frames(interval.offset)
     frames = "1 frame" if rises == 1 else f"{rises} frames"
     return (
         f"begins over {frames} and ends over {falls}; within {interval.frames} frames, the "
@@ -37,7 +37,7 @@ def soft_onset(interval: Interval) -> str:
     ).replace("-", "−")
 
 
-def onset_frames(offset: Array) -> tuple[int, int]:
+def rise_and_fall_frames(offset: Array) -> tuple[int, int]:
     """Return the number of frames in which an offset rises, and the number in which it falls."""
     size = np.abs(offset)
     if not size.any():

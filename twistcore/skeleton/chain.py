@@ -21,8 +21,8 @@ from twistcore.skeleton.body import (
     LimbLine,
     bone_offset,
     find_body,
-    has_length,
-    shortest_offset,
+    is_offset_long_enough,
+    minimum_offset_length,
 )
 from twistcore.skeleton.motion import HasMotion, Motion, Skeleton, motion_of
 from twistcore.skeleton.rotation import Array, normalise, vector_lengths
@@ -203,7 +203,7 @@ def make_chain(
     if arm is None:
         grandchild = -1
         end = skeleton.end_offsets.get(child) if segment != "ForeArm" else None
-        if end is not None and has_length(skeleton, end):
+        if end is not None and is_offset_long_enough(skeleton, end):
             arm = normalise(end)
         else:
             # Cosine of the angle between each axis of C and the bone axis.
@@ -213,7 +213,9 @@ def make_chain(
     return Chain(name, parent, child, grandchild, axis, arm, side, segment, tuple(warnings))
 
 
-def chains_by_limb(skeleton: Skeleton, chains: Sequence[Chain]) -> tuple[tuple[Chain, ...], ...]:
+def group_connected_chains(
+    skeleton: Skeleton, chains: Sequence[Chain]
+) -> tuple[tuple[Chain, ...], ...]:
     """Group chains whose corrections change the same joints, directly or through other chains.
 
     An error in one group does not affect other groups. The groups are ordered by their last chain.
@@ -307,7 +309,7 @@ def _folded(name: str) -> str:
     return _without_spaces(name).casefold()
 
 
-def by_person(chains: Iterable[SomeChain]) -> dict[str, list[SomeChain]]:
+def group_chains_by_person(chains: Iterable[SomeChain]) -> dict[str, list[SomeChain]]:
     """Group chains by the name of the person. Within each group, the order does not change."""
     own: dict[str, list[SomeChain]] = {}
     for chain in chains:
@@ -315,7 +317,7 @@ def by_person(chains: Iterable[SomeChain]) -> dict[str, list[SomeChain]]:
     return own
 
 
-def chain_notes(chains: Iterable[Chain]) -> tuple[str, ...]:
+def chain_warnings(chains: Iterable[Chain]) -> tuple[str, ...]:
     """Return the warnings of all chains, without duplicates."""
     return tuple(dict.fromkeys(warning for chain in chains for warning in chain.warnings))
 
@@ -333,7 +335,7 @@ def bone_direction(motion: Motion, joint: int, warnings: list[str]) -> Array | N
             f"{skeleton.names[joint]}: the position channels are close to zero; the OFFSET is used."
         )
         return normalise(offset)
-    lengths, smallest = vector_lengths(offset), shortest_offset(skeleton)
+    lengths, smallest = vector_lengths(offset), minimum_offset_length(skeleton)
     if lengths.min() <= smallest:
         return None
     directions = normalise(offset)

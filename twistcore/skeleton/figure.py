@@ -31,7 +31,7 @@ def guess_up(positions: Array, chains: tuple[Chain, ...], skeleton: Skeleton) ->
     return up
 
 
-def up_letter(motion: Motion) -> str:
+def vertical_axis_letter(motion: Motion) -> str:
     """Return the name of a motion's vertical axis, 'Y' or 'Z'."""
     up = guess_up(forward_kinematics(motion)[1], find_chains(motion), motion.skeleton)
     return "XYZ"[int(up.argmax())]

@@ -17,12 +17,12 @@ from twistcore.skeleton.joint_vocabulary import (
     Meaning,
     Vocabulary,
     default_vocabulary,
-    folded,
+    fold_case_and_accents,
     parse_joint_meaning,
-    read_words,
-    vocabulary_of,
+    read_word_file,
+    vocabulary_with_user_words,
 )
-from twistcore.skeleton.joint_words import decodings, words_of
+from twistcore.skeleton.joint_words import decoded_joint_names, split_joint_name
 from twistcore.work.frozen import dataclass
 
 __all__ = [
@@ -35,9 +35,9 @@ __all__ = [
     "default_vocabulary",
     "interpret_names",
     "parse_joint_meaning",
-    "read_words",
+    "read_word_file",
     "reinterpreted_names",
-    "vocabulary_of",
+    "vocabulary_with_user_words",
 ]
 
 HANDS = ("wrist", "hand")
@@ -85,7 +85,10 @@ def _said(joint: JointName) -> str:
 
 @lru_cache(maxsize=16)
 def _interpret_names(names: tuple[str, ...], vocabulary: Vocabulary) -> tuple[JointName, ...]:
-    readings = [_in_languages([*map(words_of, text)], vocabulary) for text in decodings(names)]
+    readings = [
+        _in_languages([*map(split_joint_name, text)], vocabulary)
+        for text in decoded_joint_names(names)
+    ]
     found = max(readings, key=_known)  # the first one wins a tie
     own = vocabulary.joints
     return tuple(own.get(name, joint) for name, joint in zip(names, found, strict=True))
@@ -99,7 +102,9 @@ def _in_languages(words: list[list[str]], vocabulary: Vocabulary) -> list[JointN
     found = _read(words, vocabulary)
     if _limb_words(found) >= _ENOUGH:
         return found
-    text = "\n".join({folded(word) for joint in words for word in joint if not word.isdigit()})
+    text = "\n".join(
+        {fold_case_and_accents(word) for joint in words for word in joint if not word.isdigit()}
+    )
     for language, both in zip(vocabulary.languages, vocabulary.with_languages, strict=True):
         if sum(word in text for word in language.words) < _FEWEST:
             continue
@@ -165,8 +170,8 @@ def _number(words: list[str], vocabulary: Vocabulary) -> str:
     out = ""
     for k, word in enumerate(words):
         if word.isdigit():
-            before = folded(words[k - 1]) if k else ""
-            two = folded(words[k - 2]) + before if k > 1 else ""
+            before = fold_case_and_accents(words[k - 1]) if k else ""
+            two = fold_case_and_accents(words[k - 2]) + before if k > 1 else ""
             known = (vocabulary.words.get(w) for w in (before, two) if w)
             if not any(m is not None and "prefixes" in m.marks for m in known):
                 out += word
@@ -180,7 +185,7 @@ def _pieces(words: list[str], vocabulary: Vocabulary) -> list[_Piece]:
     """
     split: list[_Piece] = []
     for word in words:
-        split += _split_side(folded(word), word.isupper(), vocabulary)
+        split += _split_side(fold_case_and_accents(word), word.isupper(), vocabulary)
     rest = [p for p in split if not p.side]
     out = [p for p in split if p.side]
     k = 0

@@ -11,14 +11,14 @@ from typing import Any, TypeVar
 
 from twistcore.errors import FormatError
 from twistcore.files.document_values import (
-    bytes_of,
-    errors_naming,
-    flag,
-    has,
-    items,
+    check_bool,
+    check_keys,
+    check_list,
+    check_string,
+    check_string_list,
     parsed_toml,
-    text,
-    texts,
+    prefix_format_errors,
+    read_bytes_limited,
 )
 from twistcore.work.frozen import dataclass
 
@@ -164,7 +164,7 @@ def _meanings(groups: Iterable[tuple[str, str, str, str]]) -> dict[str, Meaning]
     return found
 
 
-def default_words() -> Vocabulary:
+def parse_default_vocabulary() -> Vocabulary:
     """Parse `joint_names.toml` and return its vocabulary.
 
     :func:`default_vocabulary` returns the same vocabulary faster.
@@ -172,13 +172,13 @@ def default_words() -> Vocabulary:
     return _vocabulary(parsed_toml(DEFAULT_WORDS.read_bytes()))
 
 
-def read_words(path: Path) -> dict[str, Any]:
+def read_word_file(path: Path) -> dict[str, Any]:
     """Read and check the user's word file. Return the parsed TOML document.
 
     Raises TwistError if the file cannot be read, and FormatError if it is invalid.
     """
-    data = bytes_of(path)
-    with errors_naming(path):
+    data = read_bytes_limited(path)
+    with prefix_format_errors(path):
         document = parsed_toml(data)
         try:
             _vocabulary(document)
@@ -187,7 +187,7 @@ def read_words(path: Path) -> dict[str, Any]:
     return document
 
 
-def vocabulary_of(words: Mapping[str, Any]) -> Vocabulary:
+def vocabulary_with_user_words(words: Mapping[str, Any]) -> Vocabulary:
     """Return the default vocabulary, extended by the words of a parsed word file.
 
     Raises FormatError if a word or a meaning is invalid.
@@ -221,7 +221,7 @@ def _place(data: bytes, at: tuple[str, ...]) -> str:
     return f"line {found + 1}: "
 
 
-def folded(word: str) -> str:
+def fold_case_and_accents(word: str) -> str:
     """Convert a word to lower case and half-width characters, and remove accents."""
     if word.isascii():
         return word.lower()
@@ -243,7 +243,7 @@ def _vocabulary(document: Mapping[str, Any]) -> Vocabulary:
             joints |= _own_joints(table)
             continue
         found, its_pairs = _table(name, table)
-        if _checked(flag, table.get("whole", False), name, "whole"):
+        if _checked(check_bool, table.get("whole", False), name, "whole"):
             languages.append(Vocabulary(found, its_pairs))
         else:
             pairs += its_pairs
@@ -269,16 +269,16 @@ def _table(
         words[key] = words[key].joined(meaning) if key in words else meaning
 
     for key in _SIDES:
-        for word in _checked(texts, table.get(key, []), name, key):
+        for word in _checked(check_string_list, table.get(key, []), name, key):
             add(word, Meaning(side=_SIDES[key]), key)
     for word, roles in _checked(_mapping, table.get("either", {}), name, "either").items():
         add(word, Meaning(roles=_checked(_roles, roles, name, word)), word)
     for key in ROLES:
-        for word in _checked(texts, table.get(key, []), name, key):
+        for word in _checked(check_string_list, table.get(key, []), name, key):
             add(word, Meaning(roles=(key,)), key)
     for key in _MARKS:
         marks = frozenset({key, "noise"} if key == "prefixes" else {key})
-        for word in _checked(texts, table.get(key, []), name, key):
+        for word in _checked(check_string_list, table.get(key, []), name, key):
             add(word, Meaning(marks=marks), key)
     return words, _checked(_pairs, table.get("pairs", []), name, "pairs")
 
@@ -296,28 +296,32 @@ def _checked(check: Callable[[Any, str], _Value], value: Any, table: str, key: s
 
 
 def _mapping(value: Any, what: str) -> Mapping[str, Any]:
-    return has(value, what=what)
+    return check_keys(value, what=what)
 
 
 def _roles(value: Any, word: str) -> tuple[str, ...]:
-    roles = texts(value, word)
+    roles = check_string_list(value, word)
     if unknown := [role for role in roles if role not in ROLES]:
         raise FormatError(f"expected one of {', '.join(ROLES)} for {word}, found {unknown[0]!r}")
     return roles
 
 
 def _pairs(value: Any, what: str) -> tuple[tuple[str, str], ...]:
-    pairs = [texts(pair, what) for pair in items(value, what)]
+    pairs = [check_string_list(pair, what) for pair in check_list(value, what)]
     if any(len(pair) != 2 for pair in pairs):
         raise FormatError("expected pairs of words, the first for left and the second for right")
-    return tuple((folded(left), folded(right)) for left, right in pairs)
+    return tuple(
+        (fold_case_and_accents(left), fold_case_and_accents(right)) for left, right in pairs
+    )
 
 
 def _phrase(words: str) -> str:
     """Convert a phrase to a single word, in the form of the vocabulary's keys."""
     if words.isascii():
         return "".join(filter(str.isalnum, words)).lower()
-    return "".join(folded(c) for c in words if c.isalnum() or unicodedata.category(c)[0] == "M")
+    return "".join(
+        fold_case_and_accents(c) for c in words if c.isalnum() or unicodedata.category(c)[0] == "M"
+    )
 
 
 def _without_side(phrase: str) -> str:
@@ -335,7 +339,7 @@ def _own_joints(table: Mapping[str, Any]) -> dict[str, JointName]:
 
 
 def _as_said(said: Any, name: str) -> JointName:
-    return parse_joint_meaning(name, text(said, name))
+    return parse_joint_meaning(name, check_string(said, name))
 
 
 def parse_joint_meaning(name: str, said: str) -> JointName:
@@ -352,5 +356,7 @@ def parse_joint_meaning(name: str, said: str) -> JointName:
             f"expected 'left' or 'right' with one of {', '.join(ROLES)}, or 'helper', "
             f"'other' or 'unknown' for {name}, found {said!r}"
         )
-    joint = JointName(side, folded(name), "", (what,) if what in ROLES else (), word=name)
+    joint = JointName(
+        side, fold_case_and_accents(name), "", (what,) if what in ROLES else (), word=name
+    )
     return replace(joint, helper=what == "helper", other=what == "other")

@@ -13,7 +13,7 @@ _WORDS = 12  # maximum number of words read from each end of a name; rigs have s
 _ENCODINGS = ("cp932", "gb18030", "cp949", "cp1251", "latin-1")
 
 
-def words_of(name: str) -> list[str]:
+def split_joint_name(name: str) -> list[str]:
     """Return the words in a name, which are runs of letters or of digits.
 
     Namespaces, paths and text in brackets are omitted.
@@ -71,7 +71,7 @@ def _kind(c: str) -> str:
     return "mark" if unicodedata.category(c) in ("Mn", "Mc") else ""
 
 
-def decodings(names: Sequence[str]) -> list[tuple[str, ...]]:
+def decoded_joint_names(names: Sequence[str]) -> list[tuple[str, ...]]:
     """Return the names decoded in each possible encoding.
 
     A byte that is not UTF-8 was read as a lone surrogate (:mod:`twistcore.files.encoding`). If

@@ -11,8 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from twistcore.skeleton.body import lower_pair
-from twistcore.skeleton.chain import Chain, chains_by_limb, find_chains
+from twistcore.skeleton.body import limb_bone_pair_index
+from twistcore.skeleton.chain import Chain, find_chains, group_connected_chains
 from twistcore.skeleton.motion import HasMotion, Motion, Skeleton, motion_of
 from twistcore.skeleton.rotation import Array, rotate, vector_lengths
 from twistcore.work.frozen import dataclass
@@ -120,12 +120,12 @@ def find_limbs(clip: Motion | HasMotion, chains: Sequence[Chain] | None = None) 
     motion = motion_of(clip)
     chains = find_chains(motion) if chains is None else chains
     found = []
-    for line in chains_by_limb(motion.skeleton, chains):
+    for line in group_connected_chains(motion.skeleton, chains):
         own = [c for c in _of_two_bones(line) if _has_two_bones(motion, c)]
         if any(c.segment for c in line):
             own = [c for c in own if c.segment in _SEGMENTS]
         elif own:
-            own = [own[lower_pair([sum(bone_lengths(motion, c)) for c in own])]]
+            own = [own[limb_bone_pair_index([sum(bone_lengths(motion, c)) for c in own])]]
         found += [as_limb(motion, c) for c in own]
     order = {c.name: k for k, c in enumerate(chains)}
     names = motion.skeleton.names
@@ -172,15 +172,15 @@ def limb_positions(motion: Motion, limb: Limb) -> tuple[Array, Array]:
     """
     upper = joint_path(motion.skeleton, limb.parent, limb.child)
     lower = joint_path(motion.skeleton, limb.child, limb.end)
-    to_end = path_position(motion, lower)
-    to_child = path_position(motion, upper)
+    to_end = path_end_position(motion, lower)
+    to_child = path_end_position(motion, upper)
     for joint in upper[::-1]:
         to_end = motion.translation(joint) + rotate(motion.rotations[:, joint], to_end)
     hip = motion.rotations[:, limb.parent]
     return rotate(hip, to_child), rotate(hip, to_end)
 
 
-def path_position(motion: Motion, joints: Sequence[int]) -> Array:
+def path_end_position(motion: Motion, joints: Sequence[int]) -> Array:
     """Return the position of a path's last joint, (frames, 3), in the file's unit.
 
     The position is relative to the parent of the first joint, in the parent's coordinates. `joints`

@@ -50,7 +50,7 @@ def quantiles(values: Array, share: float) -> Array:
     return between
 
 
-def extended(values: NDArray[Any], before: int, after: int) -> NDArray[Any]:
+def pad_with_edge_values(values: NDArray[Any], before: int, after: int) -> NDArray[Any]:
     """Repeat the first value `before` times and the last `after` times. Faster than np.pad.
 
     `values` has the shape (n,) with n > 0, and the result (before + n + after,).
@@ -66,7 +66,7 @@ def running_medians(values: Array, width: int) -> Array:
     more value before the frame than after it, and the upper median is returned.
     """
     before = width // 2
-    padded = extended(values, before, width - 1 - before)
+    padded = pad_with_edge_values(values, before, width - 1 - before)
     windows = np.lib.stride_tricks.sliding_window_view(padded, width)
     rows = max(1, _BLOCK // width)
     parts = [

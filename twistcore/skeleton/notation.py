@@ -178,7 +178,7 @@ class DistinctFrames:
 
 
 @cache_per_object
-def without_held(motion: Motion) -> DistinctFrames | None:
+def without_repeated_frames(motion: Motion) -> DistinctFrames | None:
     """Return the motion without held frames, which repeat the previous frame.
 
     The result is None if frames are not repeated regularly. Every frame that differs from the
@@ -296,7 +296,7 @@ def linear_keys(motion: Motion) -> Keys | None:
 # -- notes -----------------------------------------------------------------------------------------
 
 
-def notation_notes(motion: Motion) -> tuple[Note, ...]:
+def rounding_and_key_notes(motion: Motion) -> tuple[Note, ...]:
     """Return notes for the user about each coarse notation that was recognised."""
     said = []
     if motion.angle_step:
@@ -306,7 +306,7 @@ def notation_notes(motion: Motion) -> tuple[Note, ...]:
         said.append(
             f"Angles are written in {written}: errors below {least:.2g}° look the same as rounding."
         )
-    held = without_held(motion)
+    held = without_repeated_frames(motion)
     if held is not None:
         said.append(
             f"Frames are repeated: the motion has {held.motion.fps:.4g} frames per second, "

@@ -5,21 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from twistcore.skeleton.joint_names import reinterpreted_names, vocabulary_of
+from twistcore.skeleton.joint_names import reinterpreted_names, vocabulary_with_user_words
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.people import find_people
 from twistcore.skeleton.rig import Rig
 
 
-def with_own_words(rig: Rig, motion: Motion, words: Mapping[str, Any] | None) -> Rig:
+def add_user_joint_words(rig: Rig, motion: Motion, words: Mapping[str, Any] | None) -> Rig:
     """Add the user's words for joints to a rig, and return the new rig.
 
     Names in the rig have priority. `words` is the result of
-    :func:`twistcore.skeleton.joint_names.read_words`, or None if the user has no such words.
+    :func:`twistcore.skeleton.joint_names.read_word_file`, or None if the user has no such words.
     """
     if words is None:
         return rig
-    vocabulary, every = vocabulary_of(words), motion.skeleton.names
+    vocabulary, every = vocabulary_with_user_words(words), motion.skeleton.names
     names = {
         j: said
         for j, said in reinterpreted_names(every, vocabulary).items()

@@ -122,7 +122,7 @@ def find_people(skeleton: Skeleton) -> tuple[Person, ...]:
     return tuple(people)
 
 
-def joint_names(skeleton: Skeleton, people: Sequence[Person]) -> list[JointName]:
+def interpret_person_joint_names(skeleton: Skeleton, people: Sequence[Person]) -> list[JointName]:
     """Return the meaning of each joint's name, without the part that identifies the person.
 
     Joints above several people belong to no person. Their names have no meaning.

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from twistcore.skeleton.rotation import Array, slerp
 
 
-def resampled(q: Array, r: Array, times: Array) -> tuple[Array, Array]:
+def interpolate_poses_at_times(q: Array, r: Array, times: Array) -> tuple[Array, Array]:
     """Interpolate rotations by slerp and positions linearly at the given times.
 
     Parameters

@@ -12,17 +12,22 @@ from typing import Any
 from twistcore.errors import FormatError, TwistError
 from twistcore.files.atomic import write_atomically
 from twistcore.files.document_values import (
-    bytes_of,
-    errors_naming,
-    has,
-    one_of,
+    check_choice,
+    check_keys,
+    check_string,
+    check_string_list,
+    format_value_for_message,
     parsed_toml,
+    prefix_format_errors,
+    read_bytes_limited,
     read_each,
-    shown_value,
-    text,
-    texts,
 )
-from twistcore.files.encoding import encoded, legible, toml_string, unescaped
+from twistcore.files.encoding import (
+    encode_utf8,
+    escape_control_characters,
+    toml_string,
+    unescape_invalid_utf8,
+)
 from twistcore.skeleton.body import Body, find_body
 from twistcore.skeleton.chain import VARYING, Chain, find_chains, make_chain
 from twistcore.skeleton.helper import find_helpers
@@ -33,7 +38,7 @@ from twistcore.skeleton.limb import (
     bone_lengths,
     find_limbs,
     joint_path,
-    path_position,
+    path_end_position,
 )
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.people import find_people
@@ -163,7 +168,7 @@ class Rig:
         for name in self.remove:
             if name not in names:
                 raise TwistError(
-                    f"the rig removes the chain {shown_value(name)}, "
+                    f"the rig removes the chain {format_value_for_message(name)}, "
                     "but the skeleton has no such chain"
                 )
         chains = [chain for chain in found if chain.name not in self.remove]
@@ -171,7 +176,8 @@ class Rig:
             made = own.made(motion)
             if any(chain.name == made.name for chain in chains):
                 raise TwistError(
-                    f"there is already a chain {shown_value(made.name)}: remove it first"
+                    f"there is already a chain {format_value_for_message(made.name)}: remove it "
+                    "first"
                 )
             chains.append(made)
         return tuple(sorted(chains, key=lambda chain: isinstance(chain, Limb)))
@@ -219,12 +225,12 @@ class Rig:
 AS_FOUND = Rig()
 
 
-def skeleton_mark(skeleton: Skeleton) -> str:
+def skeleton_hash(skeleton: Skeleton) -> str:
     """Return a SHA-256 hash of the joint names and parents, which all clips of a rig share."""
     import hashlib  # slow to load; few commands need it
 
     text = json.dumps([list(skeleton.names), skeleton.parents.tolist()])
-    return hashlib.sha256(encoded(text)).hexdigest()
+    return hashlib.sha256(encode_utf8(text)).hexdigest()
 
 
 def rig_to_json(rig: Rig) -> dict[str, Any]:
@@ -236,10 +242,12 @@ def rig_to_json(rig: Rig) -> dict[str, Any]:
 
 def rig_from_json(entry: Any) -> Rig:
     """Return the rig that a session stores. Raises FormatError if the data are invalid."""
-    rig = has(entry, what="rig")
+    rig = check_keys(entry, what="rig")
     add, remove = read_each(rig.get("add", []), "add", _own_from_json), rig.get("remove", [])
-    names = {k: text(v, k) for k, v in has(rig.get("names", {}), what="names").items()}
-    return Rig(add, tuple(dict.fromkeys(texts(remove, "remove")))).with_names(names)
+    names = {
+        k: check_string(v, k) for k, v in check_keys(rig.get("names", {}), what="names").items()
+    }
+    return Rig(add, tuple(dict.fromkeys(check_string_list(remove, "remove")))).with_names(names)
 
 
 def write_rig(path: Path, rig: Rig, skeleton: Skeleton, source: str) -> None:
@@ -248,8 +256,8 @@ def write_rig(path: Path, rig: Rig, skeleton: Skeleton, source: str) -> None:
     `source` names the clip in the file's first line.
     """
     lines = [
-        f"# Chains of a rig, for twistcore --rig, made on {legible(source)}.",
-        f'skeleton = "{skeleton_mark(skeleton)}"',
+        f"# Chains of a rig, for twistcore --rig, made on {escape_control_characters(source)}.",
+        f'skeleton = "{skeleton_hash(skeleton)}"',
         f"remove = {_toml(rig.remove)}",
     ]
     if rig.names:
@@ -258,15 +266,15 @@ def write_rig(path: Path, rig: Rig, skeleton: Skeleton, source: str) -> None:
     for own in rig.add:
         lines += ["", "[[chain]]", f"joints = {_toml(own.joints)}"]
         lines += ['kind = "limb"'] if own.limb else []
-    write_atomically(path, encoded("\n".join(lines) + "\n"))
+    write_atomically(path, encode_utf8("\n".join(lines) + "\n"))
 
 
 def read_rig(path: Path) -> Rig:
     """Read a rig from a TOML file. Raises TwistError or FormatError if the file is invalid."""
-    with errors_naming(path):
-        document = parsed_toml(bytes_of(path))
+    with prefix_format_errors(path):
+        document = parsed_toml(read_bytes_limited(path))
         if unknown := sorted(document.keys() - {"skeleton", "remove", "chain", "names"}):
-            raise FormatError(f"{_EXPECTED}; found {shown_value(unknown[0])}")
+            raise FormatError(f"{_EXPECTED}; found {format_value_for_message(unknown[0])}")
         try:
             rig = rig_from_json(
                 {
@@ -277,15 +285,17 @@ def read_rig(path: Path) -> Rig:
             )
         except FormatError as error:
             raise FormatError(f"{_EXPECTED}; {error}") from None
-    add = tuple(OwnChain(tuple(map(unescaped, own.joints)), own.limb) for own in rig.add)
-    names = {unescaped(joint): said for joint, said in rig.names.items()}
-    return Rig(add, tuple(map(unescaped, rig.remove))).with_names(names)
+    add = tuple(
+        OwnChain(tuple(map(unescape_invalid_utf8, own.joints)), own.limb) for own in rig.add
+    )
+    names = {unescape_invalid_utf8(joint): said for joint, said in rig.names.items()}
+    return Rig(add, tuple(map(unescape_invalid_utf8, rig.remove))).with_names(names)
 
 
 def _own_from_json(entry: Any) -> OwnChain:
-    has(entry, "joints", what="a chain of the rig")
-    limb = one_of(entry.get("kind", "chain"), "kind", ("chain", "limb")) == "limb"
-    joints = texts(entry["joints"], "joints")
+    check_keys(entry, "joints", what="a chain of the rig")
+    limb = check_choice(entry.get("kind", "chain"), "kind", ("chain", "limb")) == "limb"
+    joints = check_string_list(entry["joints"], "joints")
     if len(joints) not in ((3,) if limb else (2, 3)):
         raise FormatError(f"found {len(joints)} joints")
     return OwnChain(joints, limb)
@@ -304,7 +314,9 @@ def _joint(skeleton: Skeleton, name: str) -> int:
     try:
         return skeleton.index(name)
     except KeyError:
-        raise TwistError(f"there is no joint {shown_value(name)} in this skeleton") from None
+        raise TwistError(
+            f"there is no joint {format_value_for_message(name)} in this skeleton"
+        ) from None
 
 
 def _check_below(skeleton: Skeleton, above: int, joint: int) -> None:
@@ -322,7 +334,7 @@ def _over_joints_between(motion: Motion, chain: Chain, grandchild: int) -> Chain
     The direction varies over the frames if the joints in between bend. If the grandchild is too
     close to C in any frame, the chain has no grandchild.
     """
-    bone = path_position(motion, joint_path(motion.skeleton, chain.child, grandchild))
+    bone = path_end_position(motion, joint_path(motion.skeleton, chain.child, grandchild))
     if vector_lengths(bone).min() <= _ZERO * motion.skeleton.height:
         return replace(chain, grandchild=-1)
     directions = normalise(bone)

@@ -113,7 +113,7 @@ def normalise(v: ArrayLike) -> Array:
     return unit
 
 
-def continuous_signs(q: ArrayLike) -> Array:
+def continuous_quaternion_signs(q: ArrayLike) -> Array:
     """Choose the signs of quaternions, (frames, …, 4), that make them continuous over the frames.
 
     The rotations do not change.

@@ -17,7 +17,7 @@ from twistcore.skeleton.rotation import (
     wrap,
 )
 from twistcore.work.frozen import dataclass
-from twistcore.work.progress import Tell, nobody
+from twistcore.work.progress import Tell, ignore_progress
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +128,7 @@ def signals_of_chains(
 
     `tell` is called with the progress, 0…1, before each chain.
     """
-    tell = tell or nobody
+    tell = tell or ignore_progress
     found = {}
     for k, chain in enumerate(chains):
         tell(k / len(chains))

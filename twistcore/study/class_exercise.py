@@ -18,17 +18,17 @@ from twistcore.errors import FormatError
 from twistcore.files.atomic import write_atomically
 from twistcore.files.document_values import (
     DEGREES,
-    bytes_of,
-    errors_naming,
-    frames,
-    has,
-    number,
-    one_of,
+    check_choice,
+    check_keys,
+    check_number,
+    check_path_string,
+    check_string,
     parsed_json,
-    path_text,
+    prefix_format_errors,
+    read_bytes_limited,
     read_each,
-    text,
-    unexpected,
+    read_frame_span,
+    unexpected_value_error,
 )
 from twistcore.files.encoding import csv_text, json_bytes
 from twistcore.review import Decision, Judged
@@ -102,15 +102,15 @@ def write_exercise(path: Path, exercise: ClassExercise) -> None:
 
 def read_exercise(path: Path) -> ClassExercise:
     """Read an exercise. Raises TwistError if the file is invalid."""
-    with errors_naming(path):
-        document = has(_document(path, EXERCISE), "kind", "clip", "sha256", "intervals")
-        name = path_text(document["clip"], "clip")
+    with prefix_format_errors(path):
+        document = check_keys(_document(path, EXERCISE), "kind", "clip", "sha256", "intervals")
+        name = check_path_string(document["clip"], "clip")
         if not name or Path(name).name != name:
-            raise unexpected("the name of a clip in the same folder", "clip", name)
+            raise unexpected_value_error("the name of a clip in the same folder", "clip", name)
         return ClassExercise(
             name,
-            text(document["sha256"], "sha256"),
-            one_of(document["kind"], "kind", KINDS),
+            check_string(document["sha256"], "sha256"),
+            check_choice(document["kind"], "kind", KINDS),
             _few(read_each(document["intervals"], "intervals", _interval)),
         )
 
@@ -132,20 +132,20 @@ def write_answer(path: Path, handed: StudentAnswer) -> None:
 
 def read_answer(path: Path) -> StudentAnswer:
     """Read a student's answer. Raises TwistError if the file is invalid."""
-    with errors_naming(path):
-        document = has(_document(path, SCORE), "verdicts", "exercise", "name", "seconds")
+    with prefix_format_errors(path):
+        document = check_keys(_document(path, SCORE), "verdicts", "exercise", "name", "seconds")
         verdicts = _few(read_each(document["verdicts"], "verdicts", _verdict))
-        own = has(document["exercise"], "clip", "sha256", what="exercise")
+        own = check_keys(document["exercise"], "clip", "sha256", what="exercise")
         return StudentAnswer(
-            text(document["name"], "name"),
-            number(document["seconds"], "seconds"),
-            text(own["clip"], "clip"),
-            text(own["sha256"], "sha256"),
+            check_string(document["name"], "name"),
+            check_number(document["seconds"], "seconds"),
+            check_string(own["clip"], "clip"),
+            check_string(own["sha256"], "sha256"),
             tuple(replace(judged, id=k) for k, judged in enumerate(verdicts)),
         )
 
 
-def class_table(errors: Sequence[InjectedError], handed: Iterable[StudentAnswer]) -> str:
+def class_exercise_table(errors: Sequence[InjectedError], handed: Iterable[StudentAnswer]) -> str:
     """Return a CSV table that compares students' verdicts with the hidden errors.
 
     `handed` contains the students' answers. The table has one row per student, sorted by name.
@@ -167,14 +167,14 @@ def _in_cell(name: str) -> str:
     return " ".join(name.split())[:_LONGEST_NAME]
 
 
-def schema_of(path: Path) -> str:
+def json_file_schema(path: Path) -> str:
     """Return the schema of a JSON file. Raises TwistError if the file has none."""
-    with errors_naming(path):
+    with prefix_format_errors(path):
         return str(_document(path)["schema"])
 
 
 def _document(path: Path, schema: str = "") -> Mapping[str, Any]:
-    document = parsed_json(bytes_of(path, _MOST_BYTES))
+    document = parsed_json(read_bytes_limited(path, _MOST_BYTES))
     found = document.get("schema") if isinstance(document, dict) else None
     if not isinstance(found, str) or (schema and found != schema):
         raise FormatError(f"expected a document with schema {schema or EXERCISE!r}")
@@ -195,9 +195,9 @@ def _few(things: tuple[_Thing, ...]) -> tuple[_Thing, ...]:
 
 
 def _verdict(entry: Any) -> Judged:
-    decision = has(entry, "decision", what="a verdict")["decision"]
+    decision = check_keys(entry, "decision", what="a verdict")["decision"]
     known = [d.value for d in Decision]
-    return Judged(0, _interval(entry), Decision(one_of(decision, "decision", known)))
+    return Judged(0, _interval(entry), Decision(check_choice(decision, "decision", known)))
 
 
 def _interval(entry: Any) -> Interval:
@@ -205,8 +205,8 @@ def _interval(entry: Any) -> Interval:
 
     To save memory, its constant offset is stored as a broadcast array.
     """
-    has(entry, "chain", "start", "stop", "delta_deg", what="an interval")
-    start, stop = frames(entry, _MOST_FRAMES)
-    delta = np.radians([number(entry["delta_deg"], "delta_deg", -DEGREES, DEGREES)])
+    check_keys(entry, "chain", "start", "stop", "delta_deg", what="an interval")
+    start, stop = read_frame_span(entry, _MOST_FRAMES)
+    delta = np.radians([check_number(entry["delta_deg"], "delta_deg", -DEGREES, DEGREES)])
     offset = np.broadcast_to(delta, (stop - start,))
-    return Interval(text(entry["chain"], "chain"), start, stop, offset)
+    return Interval(check_string(entry["chain"], "chain"), start, stop, offset)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.errors import ClipMismatchError
-from twistcore.files.document_values import shown_value
+from twistcore.files.document_values import format_value_for_message
 from twistcore.skeleton.chain import SEGMENTS, Chain
 from twistcore.skeleton.limb import Limb, find_limbs
 from twistcore.skeleton.motion import Motion
@@ -111,7 +111,9 @@ class Evaluation:
     damage_mean: float
 
 
-def measure_clip(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[Chain]) -> Sample:
+def measure_corrected_clip(
+    truth: Truth, clean: Motion, refined: Motion, chains: Sequence[Chain]
+) -> Sample:
     """Compare a corrected clip with its clean source.
 
     The clip with errors is reconstructed from the clean clip and the truth, so that only changes
@@ -143,7 +145,8 @@ def measure_clip(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[
     unknown = sorted({e.chain for e in truth.errors} - by_name.keys())
     if unknown:
         raise ClipMismatchError(
-            f"the truth file has a chain {shown_value(unknown[0])}, which the clip does not have"
+            f"the truth file has a chain {format_value_for_message(unknown[0])}, which the clip "
+            "does not have"
         )
     dirty = inject(clean, every, truth.errors)
     wrong = np.zeros((clean.frames, len(clean.skeleton)), dtype=bool)
@@ -165,7 +168,7 @@ def measure_clip(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[
                 error_angle(clean.rotations[at], refined.rotations[at], turned),
             )
         )
-    joints = chain_joints(every)
+    joints = joints_with_possible_errors(every)
     change = geodesic_angle(dirty.rotations[:, joints], refined.rotations[:, joints])
     return Sample(tuple(errors), change[~wrong[:, joints]])
 
@@ -179,11 +182,13 @@ def error_angle(clean: Array, other: Array, joints: Sequence[int]) -> Array:
     return np.asarray(geodesic_angle(clean[:, at], other[:, at]).max(axis=1))
 
 
-def summarise(samples: Iterable[Sample]) -> Evaluation:
+def summarise_samples(samples: Iterable[Sample]) -> Evaluation:
     """Return the evaluation of any number of clips. All error frames have the same weight."""
     samples = tuple(samples)
     every = [e for sample in samples for e in sample.errors]
-    places = sorted({(e.side, e.segment) for e in every}, key=lambda p: (p[0], segment_order(p[1])))
+    places = sorted(
+        {(e.side, e.segment) for e in every}, key=lambda p: (p[0], segment_sort_key(p[1]))
+    )
     rows = tuple(
         _row(*place, [e for e in every if (e.side, e.segment) == place]) for place in places
     )
@@ -196,7 +201,7 @@ def summarise(samples: Iterable[Sample]) -> Evaluation:
     )
 
 
-def chain_joints(chains: Sequence[Chain]) -> NDArray[np.int64]:
+def joints_with_possible_errors(chains: Sequence[Chain]) -> NDArray[np.int64]:
     """Return the sorted indices of the joints that errors can rotate.
 
     These are the parents and children of chains, and the first joints and ends of limbs.
@@ -212,7 +217,7 @@ def segment_of(chain: Chain) -> str:
     return chain.segment or chain.name
 
 
-def segment_order(segment: str) -> tuple[int, str]:
+def segment_sort_key(segment: str) -> tuple[int, str]:
     """Return a key that sorts segments: first SEGMENTS, then whole limbs, then others by name."""
     return _ORDER.index(segment) if segment in _ORDER else len(_ORDER), segment
 

@@ -13,7 +13,7 @@ from twistcore.review import Decision, Judged
 from twistcore.skeleton.chain import Chain, uncorrectable_joints
 from twistcore.skeleton.motion import Motion
 from twistcore.study.evaluation import match_intervals
-from twistcore.synthesis import InjectedError, generator, inject
+from twistcore.synthesis import InjectedError, clip_random_generator, inject
 
 _JUMPS = 4, 6  # numbers of jumps in a chain; even, so that the first and the last stretch are alike
 _SHORTEST = 6  # minimum number of frames of a stretch
@@ -50,7 +50,7 @@ class ExerciseScore:
         return len(self.false_accepted) + len(self.false_rejected)
 
 
-def hide_errors(
+def hide_exercise_errors(
     motion: Motion, chains: Sequence[Chain], seed: int
 ) -> tuple[Motion, tuple[InjectedError, ...]]:
     """Return the motion with random errors in two chains that share no joint, and these errors.
@@ -63,7 +63,7 @@ def hide_errors(
     The same seed always hides the same errors in a clip. Chains that cannot be corrected are not
     used. If no chain can be used, the motion does not change.
     """
-    rng = generator(seed, "exercise")
+    rng = clip_random_generator(seed, "exercise")
     free = [c for c in chains if not uncorrectable_joints(motion, c)]
     targets: list[Chain] = []
     for k in rng.permutation(len(free)):
@@ -90,7 +90,7 @@ def _stretches(frames: int, rng: np.random.Generator) -> list[tuple[int, int]]:
     return list(pairwise(ends))
 
 
-def natural_stretches(errors: Sequence[InjectedError], frames: int) -> tuple[Interval, ...]:
+def intervals_between_errors(errors: Sequence[InjectedError], frames: int) -> tuple[Interval, ...]:
     """Return the correct stretches between the errors of each chain, as more intervals to judge.
 
     Their offset is the opposite of the errors' offset. If it were removed, these stretches would

@@ -9,7 +9,7 @@ import numpy as np
 from twistcore.errors import TwistError
 from twistcore.files.atomic import write_atomically
 from twistcore.formats.bvh import BvhClip, parse_bvh
-from twistcore.formats.clip import Clip, rewritten
+from twistcore.formats.clip import Clip, patch_clip
 from twistcore.skeleton.motion import Motion, check_motion
 from twistcore.skeleton.rotation import Array
 
@@ -29,10 +29,10 @@ def write_exercise_clip(clip: Clip, dirty: Motion, path: Path) -> None:
     check_motion(dirty)
     if not isinstance(clip, BvhClip):
         raise TwistError(f"{clip.path}: expected a BVH file for the exercise")
-    values = parse_bvh(rewritten(clip, dirty).data).values.copy()
+    values = parse_bvh(patch_clip(clip, dirty).data).values.copy()
     turns = [column for layout in clip.channels for column in layout.rotation]
     decimals = np.full(values.shape[1], _POSITIONS)
-    decimals[turns] = fine = decimals_of(clip.values[:, turns])
+    decimals[turns] = fine = decimals_of_written_angles(clip.values[:, turns])
     values[:, turns] = np.round(values[:, turns], fine) + 0.0  # avoids -0.000
     form = " ".join(f"%.{k}f" for k in decimals.tolist())
     rows = "\n".join(form % tuple(row) for row in values.tolist())
@@ -40,7 +40,7 @@ def write_exercise_clip(clip: Clip, dirty: Motion, path: Path) -> None:
     write_atomically(path, header + rows.encode() + b"\n")
 
 
-def decimals_of(degrees: Array) -> int:
+def decimals_of_written_angles(degrees: Array) -> int:
     """Estimate the number of decimals with which angles were written, from their trailing zeros."""
     written = np.unique(degrees[degrees != 0.0])
     for decimals in range(_MOST, 0, -1):

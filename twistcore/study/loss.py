@@ -10,7 +10,7 @@ import numpy as np
 _SOFT = 1e-3
 
 
-def consistency_loss(q_p: Any, q_c: Any, axis: Any, xp: Any = np) -> Any:
+def twist_consistency_loss(q_p: Any, q_c: Any, axis: Any, xp: Any = np) -> Any:
     """Return the mean angle by which a parent and its child rotate in opposite directions.
 
     If x and y are the twist increments of parent and child, the loss of a frame is max(0, −x·y) /

@@ -2,19 +2,19 @@
 
 from twistcore.synthesis.injection import (
     InjectedError,
+    clip_random_generator,
     draw_errors,
     draw_targets,
-    generator,
     independent_chains,
     inject,
-    last_chains,
+    last_limb_chains,
 )
 from twistcore.synthesis.protocol import (
     PROTOCOLS,
     Protocol,
-    enrich,
+    add_counterpart_twist,
+    apply_protocol_options,
     parse_protocol,
-    prepare,
 )
 from twistcore.synthesis.truth import SUCCESS, Truth, read_truth, write_truth
 
@@ -24,15 +24,15 @@ __all__ = [
     "InjectedError",
     "Protocol",
     "Truth",
+    "add_counterpart_twist",
+    "apply_protocol_options",
+    "clip_random_generator",
     "draw_errors",
     "draw_targets",
-    "enrich",
-    "generator",
     "independent_chains",
     "inject",
-    "last_chains",
+    "last_limb_chains",
     "parse_protocol",
-    "prepare",
     "read_truth",
     "write_truth",
 ]

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.detection import Kind
 from twistcore.detection.carried_rolls import bent_frames
-from twistcore.detection.lone_jumps import own_axis
+from twistcore.detection.lone_jumps import own_bone_axis
 from twistcore.errors import TwistError
-from twistcore.files.encoding import encoded
+from twistcore.files.encoding import encode_utf8
 from twistcore.skeleton.chain import Chain, chain_named
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import HasMotion, Motion, Skeleton, motion_of
@@ -24,10 +24,10 @@ from twistcore.skeleton.rig import AS_FOUND
 from twistcore.skeleton.rotation import Array, multiply, normalise, quaternion_from_axis_angle
 from twistcore.synthesis.offset_shape import (
     Place,
-    aligned_spells,
-    filter_reach,
-    gap_offset,
-    offset_over_time,
+    aligned_bone_spans,
+    gap_filling_offset,
+    injected_offset_over_time,
+    offset_filter_reach,
 )
 from twistcore.synthesis.protocol import PROTOCOLS, Protocol
 from twistcore.work.frozen import dataclass
@@ -104,9 +104,9 @@ class InjectedError:
         return (chain.parent, chain.end) if isinstance(chain, Limb) else (chain.parent,)
 
 
-def generator(seed: int, clip: str, *more: int) -> np.random.Generator:
+def clip_random_generator(seed: int, clip: str, *more: int) -> np.random.Generator:
     """Return a random generator that depends only on the seed, the clip's name and `more`."""
-    return np.random.default_rng([seed, zlib.crc32(encoded(Path(clip).stem)), *more])
+    return np.random.default_rng([seed, zlib.crc32(encode_utf8(Path(clip).stem)), *more])
 
 
 def draw_targets(
@@ -147,11 +147,11 @@ def independent_chains(chains: Sequence[Chain], first: int, most: int) -> tuple[
     return tuple(chosen)
 
 
-def last_chains(skeleton: Skeleton, chains: Sequence[Chain]) -> tuple[Chain, ...]:
+def last_limb_chains(skeleton: Skeleton, chains: Sequence[Chain]) -> tuple[Chain, ...]:
     """Return the last chain of each limb, unless its child, a foot or hand, has no bone axis."""
     parents = {chain.parent for chain in chains}
     last = (chain for chain in chains if chain.child not in parents)
-    return tuple(chain for chain in last if own_axis(skeleton, chain.child) is not None)
+    return tuple(chain for chain in last if own_bone_axis(skeleton, chain.child) is not None)
 
 
 def _joints(chain: Chain) -> set[int]:
@@ -188,7 +188,7 @@ def draw_errors(
     shared: list[Place] = []
     for chain in () if protocol.clean else chains:
         if protocol.straight:
-            places = aligned_spells(motion, chain, first)
+            places = aligned_bone_spans(motion, chain, first)
         elif shared:
             places = iter(shared)
         else:
@@ -207,7 +207,7 @@ def _places(
     motion: Motion, chain: Chain, first: int, rng: np.random.Generator, protocol: Protocol
 ) -> Iterator[Place]:
     """Yield the frames of a chain's errors, before a low-pass filter makes them longer."""
-    margin = filter_reach(protocol, motion.fps)
+    margin = offset_filter_reach(protocol, motion.fps)
     taken = np.zeros(motion.frames, dtype=bool)
     if protocol.carried:  # no signal shows that a straight limb rolls
         taken |= ~bent_frames(motion, chain)
@@ -236,7 +236,7 @@ def _place(
     fps: float,
     k: int,
 ) -> Place | None:
-    frames, margin = len(taken), filter_reach(protocol, fps)
+    frames, margin = len(taken), offset_filter_reach(protocol, fps)
     low, high = protocol.length
     if protocol.drift:
         low, high = (max(int(seconds * fps), 3) for seconds in protocol.drift)
@@ -265,10 +265,12 @@ def _drawn(
     start, stop = place
     onset, end = start > first, stop < motion.frames
     if protocol.fill:
-        offset = gap_offset(motion, chain, place, protocol.fill)
+        offset = gap_filling_offset(motion, chain, place, protocol.fill)
     else:
         delta = np.radians(rng.uniform(*protocol.delta)) * rng.choice([-1.0, 1.0])
-        offset = offset_over_time(delta, stop - start, onset, end, rng, protocol, motion.fps)
+        offset = injected_offset_over_time(
+            delta, stop - start, onset, end, rng, protocol, motion.fps
+        )
         start -= (len(offset) - (stop - start)) // 2
     seen = np.flatnonzero(np.abs(offset) >= LEAST) if protocol.fill or protocol.low_pass else None
     if seen is not None:
@@ -391,7 +393,7 @@ def _axis_of(error: InjectedError, skeleton: Skeleton, joint: int) -> Array:
 
     Raises TwistError if the joint has no bone.
     """
-    axis = own_axis(skeleton, joint)
+    axis = own_bone_axis(skeleton, joint)
     if axis is None:
         raise TwistError(f"expected a joint with a bone, found {skeleton.names[joint]!r}")
     if error.kind == Kind.STRETCH:

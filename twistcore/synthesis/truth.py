@@ -14,22 +14,22 @@ from twistcore.files.atomic import write_atomically
 from twistcore.files.document_values import (
     DEGREES,
     MOST_FRAMES,
-    above_zero,
-    bytes_of,
-    errors_naming,
-    flag,
-    has,
-    items,
-    number,
-    one_of,
+    check_bool,
+    check_choice,
+    check_integer,
+    check_keys,
+    check_list,
+    check_number,
+    check_path_string,
+    check_positive_number,
+    check_string,
     parsed_json,
-    path_text,
+    prefix_format_errors,
+    read_bytes_limited,
     read_each,
-    text,
-    unexpected,
-    whole,
+    unexpected_value_error,
 )
-from twistcore.files.document_values import frames as frames_of
+from twistcore.files.document_values import read_frame_span as frames_of
 from twistcore.files.encoding import json_bytes
 from twistcore.skeleton.rotation import Array
 from twistcore.synthesis.injection import InjectedError
@@ -98,27 +98,27 @@ def write_truth(path: Path, truth: Truth) -> None:
 
 def read_truth(path: Path) -> Truth:
     """Read a truth file. Raises FormatError or TwistError if it is invalid."""
-    data = bytes_of(path)
-    with errors_naming(path):
+    data = read_bytes_limited(path)
+    with prefix_format_errors(path):
         document = parsed_json(data)
         if not isinstance(document, dict) or document.get("schema") != SCHEMA:
             raise FormatError(f"expected a document with schema {SCHEMA!r}")
-        has(document, "clip", "protocol", "seed", "frames", "fps", "errors")
-        frames = whole(document["frames"], "frames", 0, MOST_FRAMES)
+        check_keys(document, "clip", "protocol", "seed", "frames", "fps", "errors")
+        frames = check_integer(document["frames"], "frames", 0, MOST_FRAMES)
         return Truth(
-            path_text(document["clip"], "clip"),
+            check_path_string(document["clip"], "clip"),
             _protocol(document["protocol"]),
-            whole(document["seed"], "seed"),
+            check_integer(document["seed"], "seed"),
             frames,
-            above_zero(document["fps"], "fps"),
+            check_positive_number(document["fps"], "fps"),
             _errors(document["errors"], frames),
-            text(document.get("sha256", ""), "sha256"),
+            check_string(document.get("sha256", ""), "sha256"),
         )
 
 
 def _protocol(name: Any) -> str:
-    if len(text(name, "protocol")) > _LONGEST_NAME:
-        raise unexpected("the name of a protocol", "protocol", name)
+    if len(check_string(name, "protocol")) > _LONGEST_NAME:
+        raise unexpected_value_error("the name of a protocol", "protocol", name)
     try:
         parse_protocol(name)
     except TwistError as error:
@@ -127,25 +127,27 @@ def _protocol(name: Any) -> str:
 
 
 def _errors(entries: Any, frames: int) -> tuple[InjectedError, ...]:
-    if len(items(entries, "errors")) > _MOST_ERRORS:
+    if len(check_list(entries, "errors")) > _MOST_ERRORS:
         raise FormatError(f"expected at most {_MOST_ERRORS} errors, found {len(entries)}")
     return read_each(entries, "errors", partial(_error, frames=frames))
 
 
 def _error(entry: Any, frames: int) -> InjectedError:
-    has(entry, "chain", "start", "stop", "offset_deg", what="an error")
+    check_keys(entry, "chain", "start", "stop", "offset_deg", what="an error")
     start, stop = frames_of(entry, frames)
-    kind = Kind(one_of(entry.get("kind", Kind.COUNTER_TWIST), "kind", _KINDS))
-    carried = flag(entry.get("carried", False), "carried")
+    kind = Kind(check_choice(entry.get("kind", Kind.COUNTER_TWIST), "kind", _KINDS))
+    carried = check_bool(entry.get("carried", False), "carried")
     if carried and kind == Kind.COUNTER_TWIST:
-        raise unexpected("a limb flip or a carried roll", "an error with 'carried'", kind.value)
+        raise unexpected_value_error(
+            "a limb flip or a carried roll", "an error with 'carried'", kind.value
+        )
     if kind in _ALWAYS_CARRIED and not carried:
-        raise unexpected("'carried' with the value true", f"a {kind.value}", "none")
+        raise unexpected_value_error("'carried' with the value true", f"a {kind.value}", "none")
     leak = None
     if "leak_deg" in entry:
         leak = _angles(entry["leak_deg"], "leak_deg", stop - start)
     offset = _angles(entry["offset_deg"], "offset_deg", stop - start)
-    chain = text(entry["chain"], "chain")
+    chain = check_string(entry["chain"], "chain")
     return InjectedError(chain, start, stop, offset, leak, kind, carried)
 
 
@@ -154,6 +156,6 @@ def _angles(entry: Any, what: str, frames: int) -> Array:
 
     Raises FormatError if there are too few or too many.
     """
-    if len(items(entry, what)) != frames:
+    if len(check_list(entry, what)) != frames:
         raise FormatError(f"expected {frames} numbers for {what}, found {len(entry)}")
-    return np.radians([number(one, what, -DEGREES, DEGREES) for one in entry])
+    return np.radians([check_number(one, what, -DEGREES, DEGREES) for one in entry])

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.correction.twist_removal import automatic_corrections, refine
 from twistcore.detection import DEFAULT_METHOD, Interval, Kind
-from twistcore.detection.cuts import leading_frames, trailing_frames
+from twistcore.detection.cuts import count_leading_rest_frames, count_trailing_rest_frames
 from twistcore.skeleton.motion import Motion
 from twistcore.work.frozen import dataclass
 
@@ -42,20 +42,23 @@ def without_known_errors(given: ClipAnalysis, verdicts: Verdicts | None = None) 
     errors. A detection that overlaps an interval with a verdict is ignored.
     """
     verdicts = verdicts or Verdicts()
-    wrong = [*presumed_errors(given, verdicts), *verdicts.errors]
+    wrong = [*unjudged_certain_errors(given, verdicts), *verdicts.errors]
     return refine(given.motion, given.chains, wrong) if wrong else given.motion
 
 
-def captured_span(motion: Motion) -> tuple[int, int]:
+def span_without_rest_pose(motion: Motion) -> tuple[int, int]:
     """Return the frames [start, stop) of the captured motion, without blends from or to a T-pose.
 
     A single T-pose in frame 0 remains, since it contains no blend.
     """
-    first, stop = leading_frames(motion), motion.frames - trailing_frames(motion)
+    first, stop = (
+        count_leading_rest_frames(motion),
+        motion.frames - count_trailing_rest_frames(motion),
+    )
     return first if first > 1 else 0, stop
 
 
-def presumed_errors(given: ClipAnalysis, verdicts: Verdicts) -> tuple[Interval, ...]:
+def unjudged_certain_errors(given: ClipAnalysis, verdicts: Verdicts) -> tuple[Interval, ...]:
     """Return the detections that are almost certainly errors but have no verdict."""
     judged = [(i.chain, i.start, i.stop) for i in verdicts.errors] + list(verdicts.natural)
     sure = automatic_corrections(given.detect(AUDITOR, kinds=(Kind.COUNTER_TWIST,)), SURE)

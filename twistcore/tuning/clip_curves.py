@@ -17,19 +17,19 @@ from twistcore.review.left_out import joined_spans
 from twistcore.skeleton.chain import uncorrectable_joints
 from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.motion import Motion
-from twistcore.skeleton.own_words import with_own_words
+from twistcore.skeleton.own_words import add_user_joint_words
 from twistcore.skeleton.rig import AS_FOUND, Rig
 from twistcore.tuning.cleaning import (
     AUDITOR,
     Verdicts,
-    captured_span,
-    presumed_errors,
+    span_without_rest_pose,
+    unjudged_certain_errors,
     without_known_errors,
 )
 from twistcore.tuning.injected_curve import GRID, Span, tau_curve
-from twistcore.tuning.listed_intervals import ListCounts, list_counts
+from twistcore.tuning.listed_intervals import ListCounts, count_listed_intervals
 from twistcore.tuning.tau_curve import TauCurve
-from twistcore.tuning.verdicts_of import check_method_and_chains, check_version, verdicts_in
+from twistcore.tuning.verdicts_of import check_method_and_chains, check_session_version, verdicts_in
 from twistcore.work.frozen import dataclass
 
 SEEDS = 3
@@ -105,13 +105,15 @@ class ClipTuning:
         """Count the intervals that the detector lists for a chain at every τ of the grid."""
         assert self.given is not None
         detector = self.given.detector(self.method)
-        by_tau = [list_counts(detector, chain, t, self.verdicts, self.left_out) for t in GRID]
+        by_tau = [
+            count_listed_intervals(detector, chain, t, self.verdicts, self.left_out) for t in GRID
+        ]
         return ListCounts(
             *(np.array([getattr(c, k) for c in by_tau], float) for k in vars(by_tau[0]))
         )
 
 
-def clip_tuning(
+def prepare_clip_tuning(
     motion: Motion,
     name: str,
     *,
@@ -130,8 +132,8 @@ def clip_tuning(
     whole = analyse(motion, rig=rig)
     given = analyse(motion, whole.chains)
     without = without_known_errors(given, verdicts)
-    presumed = presumed_errors(given, verdicts or Verdicts())
-    first, stop = captured_span(without)
+    presumed = unjudged_certain_errors(given, verdicts or Verdicts())
+    first, stop = span_without_rest_pose(without)
     chains = tuple(c for c in given.chains if not isinstance(c, Helper))
     if (first, stop) != (0, motion.frames):
         without = without.sliced(first, stop)
@@ -153,7 +155,7 @@ def clip_tuning(
     )
 
 
-def clip_curves(
+def clip_tau_curves(
     path: Path,
     method: str,
     seeds: int = SEEDS,
@@ -176,7 +178,7 @@ def clip_curves(
     session
         A session of this clip. Its chains, verdicts and excluded frames are used, as in the window.
     words
-        The user's words for joints, from :func:`twistcore.skeleton.joint_names.read_words`.
+        The user's words for joints, from :func:`twistcore.skeleton.joint_names.read_word_file`.
 
     Returns
     -------
@@ -189,15 +191,15 @@ def clip_curves(
         If the clip or the session cannot be read, or if they do not belong together.
     """
     clip = read_clip(path)
-    rig = with_own_words(rig, clip.motion, words)
+    rig = add_user_joint_words(rig, clip.motion, words)
     verdicts, left_out = None, tuple[Span, ...]()
     if session is not None:
         kept = read_session(session)
-        check_version(clip, kept)
+        check_session_version(clip, kept)
         check_method_and_chains(clip, kept)
         rig, left_out = kept.state.rig, kept.state.left_out
         verdicts = verdicts_in(kept.state)
-    tuning = clip_tuning(
+    tuning = prepare_clip_tuning(
         clip.motion,
         path.name,
         method=method,

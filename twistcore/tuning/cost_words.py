@@ -7,7 +7,7 @@ import math
 from twistcore.tuning.tau_curve import Cost
 
 
-def fsr_words(cost: Cost, digits: int = 1, unit: str = " %") -> str:
+def format_repaired_share(cost: Cost, digits: int = 1, unit: str = " %") -> str:
     """Return the FSR with its confidence limits as text, such as '93.1 % (86–97)'.
 
     FSR is the share of injected error frames that are repaired. If there are no errors, the result
@@ -21,12 +21,12 @@ def fsr_words(cost: Cost, digits: int = 1, unit: str = " %") -> str:
     return f"{said} ({100.0 * cost.low:.0f}–{100.0 * cost.high:.0f})"
 
 
-def count_words(cost: Cost) -> str:
+def format_alarm_count(cost: Cost) -> str:
     """Return the number of false alarms as text, or '–' if no frame was examined."""
     return f"{cost.alarms:.3g}" if cost.minutes else "–"
 
 
-def band_words(cost: Cost) -> str:
+def describe_confidence_interval(cost: Cost) -> str:
     """Return a sentence about the confidence interval of the FSR (the share of repaired frames)."""
     if math.isnan(cost.low):
         return "No error could be injected."
@@ -37,7 +37,7 @@ def band_words(cost: Cost) -> str:
     )
 
 
-def alarm_words(cost: Cost) -> str:
+def describe_false_alarms(cost: Cost) -> str:
     """Return a sentence about the number of false alarms to expect in similar clips."""
     if not cost.minutes:
         return "No frame was examined."

@@ -121,7 +121,7 @@ class DrawnErrors:
         return np.full(self.repaired.shape[1], np.nan)
 
 
-def rate_band(count: float) -> tuple[float, float]:
+def poisson_confidence_interval(count: float) -> tuple[float, float]:
     """Return the 95 % confidence interval of the mean of a Poisson-distributed count."""
     from scipy.special import gammaincinv  # slow to load; only needed for a curve
 

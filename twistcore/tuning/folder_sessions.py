@@ -7,11 +7,11 @@ from contextlib import suppress
 from pathlib import Path, PurePath
 
 from twistcore.errors import TwistError
-from twistcore.files.document_values import bytes_of, parsed_json
-from twistcore.files.marks import file_mark
+from twistcore.files.document_values import parsed_json, read_bytes_limited
+from twistcore.files.marks import cached_sha256
 from twistcore.files.ordinary import is_file
-from twistcore.formats.clip_files import clips_in
-from twistcore.formats.reading import file_prefix
+from twistcore.formats.clip_files import clip_paths_in_folder
+from twistcore.formats.reading import companion_file_prefix
 from twistcore.review import Session, read_session
 from twistcore.work.frozen import dataclass
 
@@ -105,7 +105,7 @@ def _meant_for(path: Path) -> Path | None:
     """
     document = None
     with suppress(TwistError):
-        document = parsed_json(bytes_of(path))
+        document = parsed_json(read_bytes_limited(path))
     said = document if isinstance(document, Mapping) else {}
     named = path.name.endswith(_SESSION)
     if not (named or str(said.get("schema")).startswith("twistcore.session/")):
@@ -114,7 +114,10 @@ def _meant_for(path: Path) -> Path | None:
     if is_file(said_clip):
         return said_clip
     name = path.name.removesuffix(_SESSION)
-    return next((clip for clip in clips_in(path.parent) if file_prefix(clip) == name), path.parent)
+    return next(
+        (clip for clip in clip_paths_in_folder(path.parent) if companion_file_prefix(clip) == name),
+        path.parent,
+    )
 
 
 def _best(clip: Path, sessions: Sequence[tuple[Path, str]]) -> Path:
@@ -127,5 +130,5 @@ def _best(clip: Path, sessions: Sequence[tuple[Path, str]]) -> Path:
         return sessions[0][0]
     now = ""
     with suppress(OSError):  # reading the clip reports the error
-        now = file_mark(clip)
+        now = cached_sha256(clip)
     return max((sha == now, path.stat().st_mtime_ns, path) for path, sha in sessions)[-1]

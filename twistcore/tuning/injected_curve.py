@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.detection import DEFAULT_METHOD, Analysis, Interval
-from twistcore.files.encoding import encoded
-from twistcore.skeleton.chain import Chain, chains_by_limb
+from twistcore.files.encoding import encode_utf8
+from twistcore.skeleton.chain import Chain, group_connected_chains
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.synthesis import (
     SUCCESS,
     InjectedError,
+    clip_random_generator,
     draw_errors,
-    generator,
     inject,
     parse_protocol,
 )
@@ -84,12 +84,12 @@ def tau_curve(
         return counts(found) and not any(found.start < b and a < found.stop for a, b in rejected)
 
     alarms = np.array([sum(map(unjudged, applied(clean, t))) for t in GRID], dtype=float)
-    limb = next(limb for limb in chains_by_limb(motion.skeleton, chains) if chain in limb)
+    limb = next(limb for limb in group_connected_chains(motion.skeleton, chains) if chain in limb)
     drawn: list[DrawnErrors] = []
     for seed in seeds:
         for kind, protocol in enumerate(map(parse_protocol, protocols)):
-            words = (zlib.crc32(encoded(text)) for text in (protocol.name, chain.name))
-            rng = generator(seed, name, *words)
+            words = (zlib.crc32(encode_utf8(text)) for text in (protocol.name, chain.name))
+            rng = clip_random_generator(seed, name, *words)
             errors = [e for e in draw_errors(motion, [chain], rng, protocol) if counts(e)]
             if errors:
                 dirty = ClipAnalysis(inject(motion, limb, errors), limb).by(method)

@@ -22,7 +22,7 @@ import numpy as np
 
 from twistcore.detection.prediction import Mask
 from twistcore.skeleton.rotation import Array
-from twistcore.tuning.verdict_curve import wilson
+from twistcore.tuning.verdict_curve import wilson_bounds
 from twistcore.tuning.verdicts_of import JudgedClip
 from twistcore.work.frozen import dataclass
 
@@ -185,12 +185,12 @@ def reliability(confidence: Array, accepted: Mask) -> Reliability:
     for b in np.unique(of):
         here = of == b
         n, yes = int(here.sum()), int(accepted[here].sum())
-        low, high = wilson(np.array(yes), np.array(n))
+        low, high = wilson_bounds(np.array(yes), np.array(n))
         rows.append(Bin(n, float(confidence[here].mean()), yes / n, float(low), float(high)))
-    return Reliability(tuple(rows), expected_error(rows))
+    return Reliability(tuple(rows), expected_calibration_error(rows))
 
 
-def expected_error(bins: Sequence[Bin]) -> float:
+def expected_calibration_error(bins: Sequence[Bin]) -> float:
     """Return the expected calibration error: the mean |confidence − accepted fraction|."""
     total = sum(b.count for b in bins)
     return sum(b.count * abs(b.said - b.was) for b in bins) / max(total, 1)

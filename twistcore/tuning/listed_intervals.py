@@ -38,7 +38,7 @@ class ListCounts:
         )
 
 
-def list_counts(
+def count_listed_intervals(
     detector: Analysis,
     chain: str,
     tau: float,

@@ -11,18 +11,23 @@ from twistcore.detection import DETECTORS
 from twistcore.errors import FormatError
 from twistcore.files.atomic import write_atomically
 from twistcore.files.document_values import (
-    bytes_of,
-    errors_naming,
-    has,
-    number,
-    one_of,
+    check_choice,
+    check_integer,
+    check_keys,
+    check_number,
+    check_string,
+    format_value_for_message,
     parsed_toml,
-    shown_value,
-    text,
-    unexpected,
-    whole,
+    prefix_format_errors,
+    read_bytes_limited,
+    unexpected_value_error,
 )
-from twistcore.files.encoding import encoded, legible, toml_string, unescaped
+from twistcore.files.encoding import (
+    encode_utf8,
+    escape_control_characters,
+    toml_string,
+    unescape_invalid_utf8,
+)
 from twistcore.skeleton.chain import Chain
 from twistcore.tuning.learned_confidence import LearnedConfidence
 from twistcore.tuning.tau_curve import Tuned
@@ -112,7 +117,10 @@ def write_profile(
     OSError
         If the file cannot be written.
     """
-    clip, by = legible(source), legible(method)  # without line breaks
+    clip, by = (
+        escape_control_characters(source),
+        escape_control_characters(method),
+    )  # without line breaks
     lines = [f"# τ per joint for twistcore --profile, tuned on {clip} with detector {by}."]
     common = [f"detector = {toml_string(method)}", *_shared_lines(whose)]
     for name, t in profile.items():
@@ -132,7 +140,7 @@ def write_profile(
             *common,
             *(f"{k} = {v:.{n}f}" for k, (v, n) in reasons.items() if not math.isnan(v)),
         ]
-    write_atomically(path, encoded("\n".join(lines) + "\n"))
+    write_atomically(path, encode_utf8("\n".join(lines) + "\n"))
 
 
 def _shared_lines(whose: Profile | None) -> list[str]:
@@ -152,8 +160,8 @@ def read_profile(path: Path) -> Profile:
 
     Raises TwistError if the file cannot be read or is invalid.
     """
-    data = bytes_of(path)
-    with errors_naming(path):
+    data = read_bytes_limited(path)
+    with prefix_format_errors(path):
         return _profile(parsed_toml(data))
 
 
@@ -163,29 +171,31 @@ def _profile(document: Mapping[str, Any]) -> Profile:
         raise FormatError(f"{expected}, found none")
     for name, table in document.items():
         if not (isinstance(table, dict) and "tau_deg" in table):
-            raise FormatError(f"{expected}, found none for {shown_value(name)}")
+            raise FormatError(f"{expected}, found none for {format_value_for_message(name)}")
     tables = list(document.values())
-    tau = {unescaped(name): _tau(t["tau_deg"], name) for name, t in document.items()}
-    methods = {one_of(t["detector"], "detector", DETECTORS) for t in tables if "detector" in t}
+    tau = {unescape_invalid_utf8(name): _tau(t["tau_deg"], name) for name, t in document.items()}
+    methods = {
+        check_choice(t["detector"], "detector", DETECTORS) for t in tables if "detector" in t
+    }
     if len(methods) > 1:
         known, found = " or ".join(sorted(DETECTORS)), ", ".join(sorted(methods))
         raise FormatError(f"expected the detector {known}, found {found}")
-    rig, performer = (text(_one(tables, key, ""), key) for key in ("rig", "performer"))
+    rig, performer = (check_string(_one(tables, key, ""), key) for key in ("rig", "performer"))
     confidence = _one(tables, "confidence", None)
     return Profile(
         tau,
         methods.pop() if methods else "",
-        unescaped(rig),
-        unescaped(performer),
+        unescape_invalid_utf8(rig),
+        unescape_invalid_utf8(performer),
         None if confidence is None else _confidence(confidence),
     )
 
 
 def _tau(degrees: Any, name: str) -> float:
     """Convert a chain's τ to radians. Raises FormatError unless it is in (0°, 180°]."""
-    place = f"tau_deg of {shown_value(name)}"
-    if not number(degrees, place, 0.0, 180.0):
-        raise unexpected("a number above 0", place, degrees)
+    place = f"tau_deg of {format_value_for_message(name)}"
+    if not check_number(degrees, place, 0.0, 180.0):
+        raise unexpected_value_error("a number above 0", place, degrees)
     return math.radians(degrees)
 
 
@@ -203,8 +213,8 @@ def _one(tables: Iterable[Mapping[str, Any]], key: str, default: _Value) -> Any:
 
 
 def _confidence(entry: Any) -> LearnedConfidence:
-    has(entry, "shift", "scale", what="confidence")
-    shift = number(entry["shift"], "shift", -_MOST_SHIFT, _MOST_SHIFT)
-    scale = number(entry["scale"], "scale", _LEAST_SCALE, _MOST_SCALE)
-    counts = (whole(entry.get(key, 0), key) for key in ("accepted", "rejected"))
+    check_keys(entry, "shift", "scale", what="confidence")
+    shift = check_number(entry["shift"], "shift", -_MOST_SHIFT, _MOST_SHIFT)
+    scale = check_number(entry["scale"], "scale", _LEAST_SCALE, _MOST_SCALE)
+    counts = (check_integer(entry.get(key, 0), key) for key in ("accepted", "rejected"))
     return LearnedConfidence(shift, scale, *counts)

@@ -1,9 +1,9 @@
 """Estimate from a few verdicts how many automatic corrections in a folder correct real errors.
 
 Verdicts on the worst intervals say little about the other intervals, because large detections are
-more often real errors. Therefore, :func:`informative_order` spreads the first verdicts evenly over
-all confidences. A learned confidence (`learned_confidence.py`), fitted to these verdicts, then
-gives the precision of the corrections without a verdict.
+more often real errors. Therefore, :func:`representative_judging_order` spreads the first verdicts
+evenly over all confidences. A learned confidence (`learned_confidence.py`), fitted to these
+verdicts, then gives the precision of the corrections without a verdict.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from twistcore.detection.interval import Interval, Kind
 from twistcore.review.model import APPLIED, Decision, ReviewState
 from twistcore.skeleton.rotation import Array
 from twistcore.tuning.learned_confidence import ConfidenceVerdicts, fit_confidence
-from twistcore.tuning.verdict_curve import wilson
+from twistcore.tuning.verdict_curve import wilson_bounds
 from twistcore.work.frozen import dataclass
 
 ENOUGH_STATED = 30  # minimum number of verdicts
@@ -62,7 +62,7 @@ class StatedPrecision:
     left: int
 
 
-def corrections_in(found: Iterable[Interval]) -> tuple[AutomaticCorrection, ...]:
+def corrections_with_confidence(found: Iterable[Interval]) -> tuple[AutomaticCorrection, ...]:
     """Return the detected intervals that are corrected automatically and have a confidence."""
     return tuple(
         AutomaticCorrection(i.chain, i.start, i.stop, i.confidence, i.kind)
@@ -91,7 +91,7 @@ def verdicts_on(
     return tuple(out)
 
 
-def informative_order(confidence: Array) -> list[int]:
+def representative_judging_order(confidence: Array) -> list[int]:
     """Return an order for judging corrections in which the first verdicts represent all of them.
 
     Parameters
@@ -114,7 +114,9 @@ def informative_order(confidence: Array) -> list[int]:
     return [int(by_confidence[place]) for place in dict.fromkeys(places)]
 
 
-def stated_precision(confidence: Array, verdicts: Sequence[bool | None]) -> StatedPrecision | None:
+def estimate_unjudged_precision(
+    confidence: Array, verdicts: Sequence[bool | None]
+) -> StatedPrecision | None:
     """Return the estimated precision of the corrections without a verdict.
 
     Parameters
@@ -138,5 +140,5 @@ def stated_precision(confidence: Array, verdicts: Sequence[bool | None]) -> Stat
     share = float(adjusted.of(confidence[~known]).mean())
     # Both the judged and the remaining corrections are finite samples of all such corrections.
     size = 1.0 / (1.0 / count + 1.0 / left)
-    low, high = wilson(np.array(share * size), np.array(size))
+    low, high = wilson_bounds(np.array(share * size), np.array(size))
     return StatedPrecision(share, float(low), float(high), count, left)

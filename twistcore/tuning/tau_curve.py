@@ -11,7 +11,7 @@ from operator import add
 import numpy as np
 
 from twistcore.skeleton.rotation import Array
-from twistcore.tuning.drawn_errors import DrawnErrors, rate_band
+from twistcore.tuning.drawn_errors import DrawnErrors, poisson_confidence_interval
 from twistcore.tuning.listed_intervals import ListCounts
 from twistcore.work.frozen import dataclass
 
@@ -187,7 +187,7 @@ class TauCurve:
 
     def cost(self, tau: float) -> Cost:
         """Return the cost of `tau` (radians) with its confidence interval."""
-        return cost_of_all([(self, tau)])
+        return total_tuning_cost([(self, tau)])
 
     @property
     def _drawn(self) -> DrawnErrors:
@@ -235,11 +235,13 @@ class Cost:
     @property
     def rate_band(self) -> tuple[float, float]:
         """Return the 95 % confidence interval of the alarms per minute in similar clips."""
-        low, high = rate_band(self.alarms)
+        low, high = poisson_confidence_interval(self.alarms)
         return (low / self.minutes, high / self.minutes) if self.minutes else (0.0, math.inf)
 
 
-def cost_of_all(chosen: Sequence[tuple[TauCurve, float]], minutes: float | None = None) -> Cost:
+def total_tuning_cost(
+    chosen: Sequence[tuple[TauCurve, float]], minutes: float | None = None
+) -> Cost:
     """Return the total cost of several chains, given pairs of τ curve and τ (radians).
 
     The error frames and alarms of all chains are added. `minutes`, the duration of the clips, is
@@ -283,7 +285,7 @@ class Tuned:
     alarms_per_minute: float
 
 
-def tuned(curve: TauCurve, tau: float | None = None) -> Tuned:
+def tau_with_cost(curve: TauCurve, tau: float | None = None) -> Tuned:
     """Return the suggested τ of a curve, or the given `tau` in radians, with its cost."""
     tau = curve.suggested() if tau is None else tau
     cost = curve.cost(tau)

@@ -39,7 +39,7 @@ class VerdictCount:
         return self.score.recall[0] if self.score.errors > self.score.found else math.nan
 
 
-def count_by(
+def count_verdicts_by_group(
     verdicts: Iterable[KindVerdict], group_of: Callable[[KindVerdict], Group]
 ) -> dict[Group, VerdictCount]:
     """Count the verdicts in each group.

@@ -24,7 +24,7 @@ DRAWS = 400
 _SAME = 1e-9  # relative rounding error of a τ
 
 
-def wilson(part: Array, whole: Array) -> tuple[Array, Array]:
+def wilson_bounds(part: Array, whole: Array) -> tuple[Array, Array]:
     """Return the lower and upper Wilson bounds of the fraction `part / whole`, at LEVEL.
 
     Where `whole` is 0, the bounds are 0 and 1.
@@ -130,12 +130,12 @@ class VerdictCurve:
     def recall_between(self) -> tuple[Array, Array]:
         """Return the lower and upper 90 % confidence limit of the recall, each of shape (n,)."""
         found = self.found.sum(axis=0)
-        return wilson(found, np.broadcast_to(self.errors.sum(), found.shape))
+        return wilson_bounds(found, np.broadcast_to(self.errors.sum(), found.shape))
 
     def precision_between(self) -> tuple[Array, Array]:
         """Return the lower and upper 90 % confidence limit of the precision, each of shape (n,)."""
         found = self.found.sum(axis=0)
-        return wilson(found, found + self.alarms.sum(axis=0))
+        return wilson_bounds(found, found + self.alarms.sum(axis=0))
 
     def at(self, tau: float) -> int:
         """Return the index of the grid point nearest to `tau` (radians)."""
@@ -352,5 +352,5 @@ def verdict_score(
 
 
 def _between(part: int, whole: int) -> tuple[float, float, float]:
-    low, high = wilson(np.array(part), np.array(whole))
+    low, high = wilson_bounds(np.array(part), np.array(whole))
     return part / whole if whole else math.nan, float(low), float(high)

@@ -31,7 +31,7 @@ from twistcore.review import Decision, Judged, ReviewState, Session, read_sessio
 from twistcore.review.left_out import joined_spans
 from twistcore.review.model import APPLIED
 from twistcore.skeleton.chain import uncorrectable_joints
-from twistcore.skeleton.rig import skeleton_mark
+from twistcore.skeleton.rig import skeleton_hash
 from twistcore.tuning.cleaning import Verdicts
 from twistcore.tuning.injected_curve import GRID
 from twistcore.tuning.kind_verdicts import KindVerdict, kind_verdicts
@@ -126,13 +126,13 @@ class JudgedClip:
         return replace(self, reviewed=reviewed, verdicts=verdicts)
 
 
-def performer_of(name: str) -> str:
+def performer_of_clip(name: str) -> str:
     """Return the performer named in a clip's file name, such as '05' for 05_03.bvh, or ''."""
     said = _PERFORMER.match(PurePath(name).stem)
     return (said["number"] or said["word"]) if said else ""
 
 
-def judged_clip(
+def judged_clip_from_review(
     analysis: ClipAnalysis, state: ReviewState, performer: str | None = None
 ) -> JudgedClip:
     """Return the verdicts of a review, with the τ at which its detector finds each interval.
@@ -151,8 +151,8 @@ def judged_clip(
     return JudgedClip(
         analysis.name,
         state.method,
-        skeleton_mark(motion.skeleton),
-        performer_of(analysis.name) if performer is None else performer,
+        skeleton_hash(motion.skeleton),
+        performer_of_clip(analysis.name) if performer is None else performer,
         (motion.frames - left_out) * motion.frame_time / 60.0,
         reviewed,
         tuple(verdicts),
@@ -161,7 +161,7 @@ def judged_clip(
     )
 
 
-def is_verdict(judged: Judged) -> bool:
+def is_counter_twist_verdict(judged: Judged) -> bool:
     """Return True if the interval is a counter-twist that a person examined and decided on.
 
     Automatic corrections and intervals that were accepted in bulk are excluded.
@@ -176,7 +176,7 @@ def is_verdict(judged: Judged) -> bool:
 
 def verdicts_in(state: ReviewState) -> Verdicts:
     """Return the accepted intervals and the spans of rejected intervals of a review."""
-    said = [j for j in state.intervals if is_verdict(j)]
+    said = [j for j in state.intervals if is_counter_twist_verdict(j)]
     return Verdicts(
         errors=tuple(
             # Pickling an interval with `explain` would first compute its evidence.
@@ -202,7 +202,7 @@ def _counts(state: ReviewState, interval: Interval) -> bool:
 
 def _decided(state: ReviewState) -> dict[str, list[Judged]]:
     out: dict[str, list[Judged]] = {}
-    for judged in filter(is_verdict, state.intervals):
+    for judged in filter(is_counter_twist_verdict, state.intervals):
         if _counts(state, judged.interval):
             out.setdefault(judged.interval.chain, []).append(judged)
     return out
@@ -217,7 +217,9 @@ def _reviewed(
     lowering τ alone does not mean that anybody reviewed the chain. A chain without intervals counts
     as reviewed when no interval of any other chain is undecided.
     """
-    asked = [j for j in state.intervals if _counts(state, j.interval) and not is_verdict(j)]
+    asked = [
+        j for j in state.intervals if _counts(state, j.interval) and not is_counter_twist_verdict(j)
+    ]
     reviewed: dict[str, float] = {}
     shares: dict[str, float] = {}
     for name in names:
@@ -244,7 +246,9 @@ def _meet(one: Interval, other: Interval) -> bool:
 
 
 def _verdicts(detector: Analysis, chain: str, decided: Sequence[Judged]) -> Iterator[Verdict]:
-    found = found_by_tau([j.interval for j in decided], _accepted(decided), detector, chain)
+    found = detection_mask_by_tau(
+        [j.interval for j in decided], _accepted(decided), detector, chain
+    )
     for judged, by_tau in zip(decided, found, strict=True):
         interval = judged.interval
         yield Verdict(
@@ -263,7 +267,7 @@ def _accepted(decided: Sequence[Judged]) -> list[bool]:
     return [j.decision == Decision.ACCEPTED for j in decided]
 
 
-def found_by_tau(
+def detection_mask_by_tau(
     judged: Sequence[Interval], errors: Sequence[bool], detector: Analysis, chain: str
 ) -> Mask:
     """Return a mask of the τ at which each judged interval is found, shape (judged, n).
@@ -310,11 +314,11 @@ def read_judged_clip(
     """
     read = read_clip(clip) if isinstance(clip, Path) else clip
     kept = read_session(session) if isinstance(session, Path) else session
-    check_version(read, kept)
-    return judged_clip(analyse(read, rig=kept.state.rig), kept.state, performer)
+    check_session_version(read, kept)
+    return judged_clip_from_review(analyse(read, rig=kept.state.rig), kept.state, performer)
 
 
-def check_version(clip: Clip, session: Session) -> None:
+def check_session_version(clip: Clip, session: Session) -> None:
     """Raise TwistError unless a session was made for the clip's current content."""
     if session.sha256 != clip.sha256:
         raise TwistError(f"{clip.name}: its session belongs to another version of the clip")

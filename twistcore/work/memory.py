@@ -37,7 +37,7 @@ def limited_memory(size: int, spare: int = SPARE) -> Iterator[None]:
         resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
 
 
-def forget_peak() -> None:
+def reset_peak_memory() -> None:
     """Reset the peak that :func:`peak_memory` returns, if the system supports this."""
     with contextlib.suppress(OSError):
         (_OWN / "clear_refs").write_text("5", encoding="ascii")

@@ -27,7 +27,7 @@ Name = TypeVar("Name")
 Result = TypeVar("Result")
 
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
-_SERVE = "from twistcore.work.processes import serve; serve({parent})"
+_SERVE = "from twistcore.work.processes import serve_parent_calls; serve_parent_calls({parent})"
 _GRACE_S = 5.0  # extra seconds until a process whose parent was killed ends itself
 # Limits are in processor time, so that other load on the machine does not matter. A
 # process that only waits, for example for a dead disk, is ended after this multiple of the limit.
@@ -157,7 +157,7 @@ class Apart:
         _end(process)
 
 
-def each(
+def map_in_processes(
     work: Callable[[Name], Result],
     names: Iterable[Name],
     workers: int,
@@ -193,7 +193,7 @@ def each(
     yield from _Crew(work, iter(names), seconds).results(max(workers, 1))
 
 
-def reason(name: object, error: Exception) -> str:
+def describe_failure(name: object, error: Exception) -> str:
     """Return a sentence with the reason why a file could not be processed."""
     if isinstance(error, TwistError):
         return str(error)
@@ -306,7 +306,7 @@ def _end(process: subprocess.Popen[bytes] | None) -> None:
 # -- in the worker process -------------------------------------------------------------------------
 
 
-def serve(parent: int) -> None:
+def serve_parent_calls(parent: int) -> None:
     """Run the calls requested on standard input until it is closed or process `parent` ends."""
     end_with_parent(parent)
     signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -19,11 +19,11 @@ class Cancelled(BaseException):
     """
 
 
-def nobody(_share: float) -> None:
+def ignore_progress(_share: float) -> None:
     """Ignore the progress. This function is the default for parameters of type :data:`Tell`."""
 
 
-def part(tell: Tell, start: float, stop: float) -> Tell:
+def stage_progress(tell: Tell, start: float, stop: float) -> Tell:
     """Return a :data:`Tell` function for one stage of the work.
 
     It maps the progress of the stage, 0…1, to `start`…`stop`, and passes it on to `tell`.
@@ -32,7 +32,7 @@ def part(tell: Tell, start: float, stop: float) -> Tell:
 
 
 @contextmanager
-def clip_counter(total: int, done: int = 0) -> Iterator[TellName]:
+def clip_progress_counter(total: int, done: int = 0) -> Iterator[TellName]:
     """Show a progress bar, and yield a function to call with the name of each finished clip.
 
     The bar is printed on standard error. If this is not a terminal, a line is printed after every
@@ -61,6 +61,6 @@ def clip_counter(total: int, done: int = 0) -> Iterator[TellName]:
 
 
 @contextmanager
-def uncounted(_total: int) -> Iterator[TellName]:
+def silent_clip_progress(_total: int) -> Iterator[TellName]:
     """Yield a function that ignores the names of finished clips."""
     yield lambda _name: None

@@ -23,22 +23,25 @@ def end_with_parent(parent: int) -> None:
         threading.Thread(target=_watch, args=(parent,), name="parent", daemon=True).start()
 
 
-def python_bound(module: str, *words: str) -> list[str]:
+def parent_bound_module_command(module: str, *words: str) -> list[str]:
     """Return a command that runs `python -m MODULE` and ends with this process.
 
     `words` are the arguments of the module.
     """
-    program = f"from twistcore.work.with_parent import become; become({module!r}, {os.getpid()})"
+    program = (
+        "from twistcore.work.with_parent import run_module_with_parent; "
+        f"run_module_with_parent({module!r}, {os.getpid()})"
+    )
     return [sys.executable, "-c", program, *words]
 
 
-def become(module: str, parent: int) -> None:
+def run_module_with_parent(module: str, parent: int) -> None:
     """Run `python -m MODULE` with the arguments of this process until process `parent` ends."""
     end_with_parent(parent)
     runpy.run_module(module, run_name="__main__", alter_sys=True)
 
 
-def bound(command: Sequence[str]) -> list[str]:
+def parent_bound_command(command: Sequence[str]) -> list[str]:
     """Return a command that runs `command` and, on Linux, is killed when the calling thread ends.
 
     On other systems, `command` is returned unchanged.

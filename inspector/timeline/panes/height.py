@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from inspector.language import of_core, tr
+from inspector.language import tr, translate_core_sentence
 from inspector.timeline.curves import Curves, Title
 from inspector.timeline.limb_curves import LimbCurves
 from inspector.timeline.pane import CurveStyle, Pane
@@ -22,7 +22,7 @@ def _draw_clip(curves: Curves, pane: Pane) -> None:
 
 def _describe(curves: Curves, frame: int) -> Title:
     assert isinstance(curves, LimbCurves)
-    joint = capitalised(of_core(curves.limb.middle_word))
+    joint = capitalised(translate_core_sentence(curves.limb.middle_word))
     return [
         (f"{tr('{joint} distance', joint=joint)} ", "soft"),
         (f"{curves.height[frame]:5.1f}", "text"),

@@ -6,8 +6,8 @@ import numpy as np
 
 from inspector.language import tr
 from inspector.timeline.chain_curves import ChainCurves
-from inspector.timeline.curve_values import degrees_about
-from inspector.timeline.curves import NOTHING, Curves, Title, number
+from inspector.timeline.curve_values import wrap_degrees_about
+from inspector.timeline.curves import NOTHING, Curves, Title, format_angle_at_frame
 from inspector.timeline.pane import CurveStyle, Pane
 from inspector.timeline.plot import Plot
 
@@ -19,17 +19,20 @@ def _draw(curves: Curves, pane: Pane) -> None:
     pane.set_curve("offset", degrees)
     curves.grow(pane, degrees, _LEAST)
     running = curves.running if isinstance(curves, ChainCurves) else NOTHING
-    y, seams = degrees_about(running, 0.0)
+    y, seams = wrap_degrees_about(running, 0.0)
     pane.set_curve("running", y, seams)
     if len(y):
         curves.grow(pane, y, _LEAST)
 
 
 def _describe(curves: Curves, frame: int) -> Title:
-    title = [(f"{tr('Offset removed')} ", "soft"), (number(curves.offset, frame), "text")]
+    title = [
+        (f"{tr('Offset removed')} ", "soft"),
+        (format_angle_at_frame(curves.offset, frame), "text"),
+    ]
     if isinstance(curves, ChainCurves) and len(curves.running):
         title.append(("   " + tr("paper's offset ╌"), "soft"))
-        title.append((number(curves.running, frame), "soft"))
+        title.append((format_angle_at_frame(curves.running, frame), "soft"))
     return title
 
 

@@ -6,11 +6,11 @@ import numpy as np
 
 from inspector.language import tr
 from inspector.timeline.chain_curves import ChainCurves
-from inspector.timeline.curves import NOTHING, SAME, Curves, Title, in_degrees, widened
+from inspector.timeline.curves import NOTHING, SAME, Curves, Title, format_padded_degrees, widened
 from inspector.timeline.limb_curves import LimbCurves
 from inspector.timeline.pane import CurveStyle, Pane
 from inspector.timeline.plot import Plot
-from twistcore.review.soft_onset import is_soft
+from twistcore.review.soft_onset import is_soft_error
 from twistcore.skeleton.rotation import Array
 
 
@@ -44,7 +44,7 @@ def _soft_size(curves: Curves) -> Array:
     """
     size = np.full(curves.document.frames, np.nan)
     for judged in curves.document.review.state.of_chain(curves.document.chain):
-        if is_soft(interval := judged.interval):
+        if is_soft_error(interval := judged.interval):
             size[interval.start : interval.stop] = np.degrees(np.abs(interval.offset))
     return size
 
@@ -53,18 +53,24 @@ def _soft_title(curves: Curves, frame: int) -> Title:
     """Return title parts with |δ| of a soft error at a frame and its maximum, or []."""
     for judged in curves.document.review.state.of_chain(curves.document.chain):
         interval = judged.interval
-        if interval.start <= frame < interval.stop and is_soft(interval):
+        if interval.start <= frame < interval.stop and is_soft_error(interval):
             now, top = np.degrees([abs(interval.offset[frame - interval.start]), interval.largest])
-            of = {"now": in_degrees(now).strip(), "top": in_degrees(abs(top)).strip()}
+            of = {
+                "now": format_padded_degrees(now).strip(),
+                "top": format_padded_degrees(abs(top)).strip(),
+            }
             words = tr("soft |δ| ╌ {now}; its maximum {top} is compared with τ", **of)
             return [(f"   {words}", "text")]
     return []
 
 
 def _describe(curves: Curves, frame: int) -> Title:
-    own, scale = in_degrees(float(curves.strength[frame])), (f"   {tr('√ scale')}", "soft")
+    own, scale = (
+        format_padded_degrees(float(curves.strength[frame])),
+        (f"   {tr('√ scale')}", "soft"),
+    )
     if isinstance(curves, LimbCurves):
-        after = in_degrees(float(np.degrees(np.abs(curves.departures[frame]))))
+        after = format_padded_degrees(float(np.degrees(np.abs(curves.departures[frame]))))
         words: Title = [(f"{tr('Jump per frame')} ", "soft"), ("Δφ", "text")]
         return [*words, (own, "before"), (after, "after"), scale]
     assert isinstance(curves, ChainCurves)
@@ -73,7 +79,7 @@ def _describe(curves: Curves, frame: int) -> Title:
         return [strength, ("m", "text"), (own, "before"), scale]
     if soft := _soft_title(curves, frame):
         return [strength, (own, "before"), *soft, scale]
-    m = in_degrees(float(np.degrees(curves.before.strength[frame])))
+    m = format_padded_degrees(float(np.degrees(curves.before.strength[frame])))
     return [strength, (own, "before"), ("   " + tr("paper's m ╌"), "soft"), (m, "soft"), scale]
 
 

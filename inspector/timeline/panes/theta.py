@@ -6,8 +6,8 @@ import numpy as np
 
 from inspector.language import tr
 from inspector.timeline.chain_curves import ANGLES, ChainCurves
-from inspector.timeline.curve_values import degrees_about, degrees_above
-from inspector.timeline.curves import NOTHING, SAME, Curves, Title, number, widened
+from inspector.timeline.curve_values import wrap_degrees_about, wrap_degrees_above
+from inspector.timeline.curves import NOTHING, SAME, Curves, Title, format_angle_at_frame, widened
 from inspector.timeline.limb_curves import LimbCurves
 from inspector.timeline.pane import BEFORE_AND_AFTER, TRACKED, Pane
 from inspector.timeline.plot import Plot
@@ -24,40 +24,40 @@ def _draw_clip(curves: Curves, pane: Pane) -> None:
     if isinstance(curves, LimbCurves):
         for name in ("c_before", "c_after", "c_tracked", "p_tracked"):
             pane.set_curve(name, NOTHING)
-        y, _ = degrees_above(curves.swivel.angle, curves.seam)
+        y, _ = wrap_degrees_above(curves.swivel.angle, curves.seam)
         curves.grow(pane, y, _LEAST)
     elif isinstance(curves, ChainCurves):
         for k, name in ANGLES:
-            y, _ = degrees_about(getattr(curves.before, name), curves.centres[k])
+            y, _ = wrap_degrees_about(getattr(curves.before, name), curves.centres[k])
             curves.grow(pane, y, _LEAST)
 
 
 def _draw(curves: Curves, pane: Pane) -> None:
     if isinstance(curves, LimbCurves):
         was, now = curves.swivel.angle, curves.after
-        y, seams = degrees_above(now, curves.seam)
+        y, seams = wrap_degrees_above(now, curves.seam)
         pane.set_curve("p_after", y, seams)
         curves.grow(pane, y, _LEAST)
-        y, seams = degrees_above(was, curves.seam)
+        y, seams = wrap_degrees_above(was, curves.seam)
         apart = widened(np.abs(wrap(was - now)) > SAME)
         pane.set_curve("p_before", np.where(apart, y, np.nan), seams)
     elif isinstance(curves, ChainCurves):
         for k, name in ANGLES:
             was, now = getattr(curves.before, name), getattr(curves.after, name)
-            y, seams = degrees_about(now, curves.centres[k])
+            y, seams = wrap_degrees_about(now, curves.centres[k])
             pane.set_curve(f"{k}_after", y, seams)
             curves.grow(pane, y, _LEAST)
             # Draw the captured curve only where it differs, because overlaid lines would mix their
             # colours.
             apart = widened(np.abs(wrap(was - now)) > SAME)
-            y, seams = degrees_about(np.where(apart, was, np.nan), curves.centres[k])
+            y, seams = wrap_degrees_about(np.where(apart, was, np.nan), curves.centres[k])
             pane.set_curve(f"{k}_before", y, seams)
             if curves.tracked is None:
                 pane.set_curve(f"{k}_tracked", NOTHING)
                 continue
             then = getattr(curves.tracked, name)
             apart = widened(np.abs(wrap(then - now)) > SAME)
-            y, seams = degrees_about(np.where(apart, then, np.nan), curves.centres[k])
+            y, seams = wrap_degrees_about(np.where(apart, then, np.nan), curves.centres[k])
             pane.set_curve(f"{k}_tracked", y, seams)
 
 
@@ -67,8 +67,8 @@ def _describe(curves: Curves, frame: int) -> Title:
         return [
             (f"{tr('Swivel')} ", "soft"),
             ("φ", "text"),
-            (number(curves.swivel.angle, frame), "before"),
-            (number(curves.after, frame), "after"),
+            (format_angle_at_frame(curves.swivel.angle, frame), "before"),
+            (format_angle_at_frame(curves.after, frame), "after"),
             ("   ", "soft"),
             *legend,
         ]
@@ -85,7 +85,7 @@ def _height(curves: Curves, name: str, angle: float) -> float:
     """
     if not isinstance(curves, ChainCurves):
         return float(np.degrees(angle))
-    y, _ = degrees_about(np.array([angle]), curves.centres[name[-1]])
+    y, _ = wrap_degrees_about(np.array([angle]), curves.centres[name[-1]])
     return float(y[0])
 
 

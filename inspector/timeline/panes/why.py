@@ -10,11 +10,11 @@ from inspector.timeline.curves import Curves
 from inspector.timeline.layers import Scenery
 from inspector.timeline.pane import Pane
 from inspector.timeline.plot import Plot
-from inspector.timeline.why_listed import WhyListed, shown_interval
+from inspector.timeline.why_listed import WhyListed, selected_plottable_interval
 
 
 def _axis(curves: Curves) -> str:
-    return tr("why listed") if shown_interval(curves.document) is not None else ""
+    return tr("why listed") if selected_plottable_interval(curves.document) is not None else ""
 
 
 def _draw(_: Curves, pane: Pane) -> None:

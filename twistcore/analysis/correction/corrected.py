@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.correction.joint_repairs import JointRepairs, repaired_joints
 from twistcore.analysis.correction.twist_removal import (
-    carried_by_limb,
+    carried_offsets_by_chain,
+    joints_lacking_channels,
     offset_remover,
     offsets_by_chain,
-    stuck_joints,
 )
 from twistcore.detection import Interval
 from twistcore.skeleton.chain import Chain, uncorrectable_joints
@@ -91,7 +91,9 @@ class Corrected:
         for interval in intervals:
             if interval.kind.info.repairer:
                 lists = by_name.get(interval.chain)
-                if lists is not None and not stuck_joints(self._motion, lists, [interval]):
+                if lists is not None and not joints_lacking_channels(
+                    self._motion, lists, [interval]
+                ):
                     alone.append(interval)
             elif interval.chain in (self._free_carried if interval.carried else self._free):
                 chosen.setdefault(interval.chain, []).append(interval)
@@ -105,7 +107,7 @@ class Corrected:
         for chain, own in chosen.items():
             if chain not in self._summed:
                 self._offsets |= offsets_by_chain(own, self._motion.frames)
-                self._carried |= carried_by_limb(own, self._motion.frames)
+                self._carried |= carried_offsets_by_chain(own, self._motion.frames)
                 self._summed[chain] = own
         return changed
 

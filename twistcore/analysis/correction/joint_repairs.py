@@ -13,9 +13,9 @@ from importlib import import_module
 import numpy as np
 
 from twistcore.detection.interval import Interval, Kind
-from twistcore.detection.lone_jumps import own_axis
-from twistcore.detection.runs import runs
-from twistcore.detection.turned_ends import common_turn, turns_of_end
+from twistcore.detection.lone_jumps import own_bone_axis
+from twistcore.detection.runs import runs_of_true
+from twistcore.detection.turned_ends import edge_jump_rotations, halfway_edge_rotation
 from twistcore.errors import TwistError
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import (
@@ -116,18 +116,18 @@ def repaired_joints(skeleton: Skeleton, interval: Interval) -> tuple[int, ...]:
     These are the interval's joint and, unless they rotated with it, its children. Raises TwistError
     if the skeleton does not have the joint.
     """
-    joint = joint_of(skeleton, interval)
+    joint = interval_joint_index(skeleton, interval)
     return (joint,) if interval.carried else (joint, *skeleton.children[joint])
 
 
-def moves_joints(motion: Motion, interval: Interval) -> bool:
+def repair_moves_joints(motion: Motion, interval: Interval) -> bool:
     """Return True if the repair of an interval moves other joints.
 
     A rotation about the joint's own bone usually does not.
     """
-    skeleton, joint = motion.skeleton, joint_of(motion.skeleton, interval)
+    skeleton, joint = motion.skeleton, interval_joint_index(motion.skeleton, interval)
     children = skeleton.children[joint]
-    axis = own_axis(skeleton, joint)
+    axis = own_bone_axis(skeleton, joint)
     if axis is None or not interval.kind.by_angle:
         return bool(children)
     places = [np.atleast_2d(motion.translation(child)) for child in children]
@@ -136,7 +136,7 @@ def moves_joints(motion: Motion, interval: Interval) -> bool:
     return max(aside, default=0.0) > _ASIDE * skeleton.height or (interval.carried and ends)
 
 
-def joint_of(skeleton: Skeleton, interval: Interval) -> int:
+def interval_joint_index(skeleton: Skeleton, interval: Interval) -> int:
     """Return the index of an interval's joint.
 
     Raises TwistError if the skeleton does not have the joint.
@@ -149,7 +149,7 @@ def joint_of(skeleton: Skeleton, interval: Interval) -> int:
         ) from None
 
 
-def turned_back(motion: Motion, intervals: Sequence[Interval]) -> Motion:
+def remove_joint_roll(motion: Motion, intervals: Sequence[Interval]) -> Motion:
     """Remove the offset δ from joints by a rotation about their bone b: q' = q ⊗ R_b(−δ).
 
     A child c that did not rotate with the joint keeps its orientation: q'_c = R_b(δ) ⊗ q_c. The
@@ -157,7 +157,7 @@ def turned_back(motion: Motion, intervals: Sequence[Interval]) -> Motion:
     """
     skeleton, rotations = motion.skeleton, motion.rotations.copy()
     for joint, own in _by_joint(skeleton, intervals):
-        if (axis := own_axis(skeleton, joint)) is None:
+        if (axis := own_bone_axis(skeleton, joint)) is None:
             continue
         offset = _sum_of_offsets(own, motion.frames)
         at = np.flatnonzero(offset)
@@ -171,7 +171,7 @@ def turned_back(motion: Motion, intervals: Sequence[Interval]) -> Motion:
     return motion.with_rotations(rotations)
 
 
-def bridged(motion: Motion, intervals: Sequence[Interval]) -> Motion:
+def interpolate_joint_rotations(motion: Motion, intervals: Sequence[Interval]) -> Motion:
     """Interpolate joints' rotations between the frames before and after each interval (slerp).
 
     All descendants of a joint move with it. If an interval begins or ends the clip, the rotation of
@@ -182,7 +182,7 @@ def bridged(motion: Motion, intervals: Sequence[Interval]) -> Motion:
         wrong = np.zeros(motion.frames, dtype=np.bool_)
         for interval in own:
             wrong[interval.start : interval.stop] |= interval.offset != 0.0
-        for start, stop in runs(wrong):
+        for start, stop in runs_of_true(wrong):
             ends = [t for t in (start - 1, stop) if 0 <= t < motion.frames]
             if ends:
                 share = np.arange(1, stop - start + 1) / (stop - start + 1)
@@ -191,7 +191,7 @@ def bridged(motion: Motion, intervals: Sequence[Interval]) -> Motion:
     return motion.with_rotations(rotations)
 
 
-def put_back(motion: Motion, intervals: Sequence[Interval]) -> Motion:
+def undo_constant_rotation(motion: Motion, intervals: Sequence[Interval]) -> Motion:
     """Undo a constant rotation of a joint in each interval, measured at the interval's edges.
 
     All descendants of the joint move with it. Intervals that begin or end the clip, and frames with
@@ -204,7 +204,7 @@ def put_back(motion: Motion, intervals: Sequence[Interval]) -> Motion:
             if not (start > 0 and stop < motion.frames):
                 continue
             edges = motion.rotations[[start - 1, start, stop - 1, stop], joint]
-            back = conjugate(common_turn(turns_of_end(edges)))
+            back = conjugate(halfway_edge_rotation(edge_jump_rotations(edges)))
             at = start + np.flatnonzero(interval.offset)
             rotations[at, joint] = normalise(multiply(rotations[at, joint], back))
     return motion.with_rotations(rotations)
@@ -215,7 +215,7 @@ def _by_joint(
 ) -> Iterator[tuple[int, list[Interval]]]:
     own: dict[int, list[Interval]] = {}
     for interval in intervals:
-        own.setdefault(joint_of(skeleton, interval), []).append(interval)
+        own.setdefault(interval_joint_index(skeleton, interval), []).append(interval)
     return iter(own.items())
 
 
@@ -226,6 +226,6 @@ def _sum_of_offsets(intervals: Iterable[Interval], frames: int) -> Array:
     return wrap(total)
 
 
-TURN_BACK = JointRepair(turned_back)
-BRIDGE = JointRepair(bridged, neighbours=1)
-PUT_BACK = JointRepair(put_back, neighbours=1)
+TURN_BACK = JointRepair(remove_joint_roll)
+BRIDGE = JointRepair(interpolate_joint_rotations, neighbours=1)
+PUT_BACK = JointRepair(undo_constant_rotation, neighbours=1)

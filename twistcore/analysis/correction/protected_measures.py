@@ -13,13 +13,18 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.analysis.correction.joint_repairs import joint_of
+from twistcore.analysis.correction.joint_repairs import interval_joint_index
 from twistcore.analysis.correction.twist_removal import refine
-from twistcore.detection.evidence import ChainSignals, usual_side
-from twistcore.detection.evidence.chain_signals import wrapped
+from twistcore.detection.evidence import ChainSignals, usual_bend_side
+from twistcore.detection.evidence.chain_signals import wrap_degrees
 from twistcore.detection.evidence.judgement import MIDDLE
 from twistcore.detection.interval import Interval
-from twistcore.detection.lone_jumps import may_be_too_fast, own_axis, too_fast, turns_about
+from twistcore.detection.lone_jumps import (
+    impossibly_fast_mask,
+    own_bone_axis,
+    possibly_too_fast_mask,
+    twist_per_frame,
+)
 from twistcore.skeleton.body import ancestors
 from twistcore.skeleton.chain import Chain, make_chain
 from twistcore.skeleton.helper import Helper
@@ -130,13 +135,13 @@ class Hinges:
         for find in self.finds:
             if find.chain == chain.name:
                 busy[max(find.start - 1, 0) : find.stop + 1] = True
-        side = usual_side(signals, busy)
+        side = usual_bend_side(signals, busy)
         if side is None or side.furthest > EXACT:
             return None
         return np.where(signals.bend > _BENT, side.off, np.nan)
 
 
-def interval_at_frames(interval: Interval, frames: NDArray[np.intp]) -> Interval:
+def restrict_interval_to_frames(interval: Interval, frames: NDArray[np.intp]) -> Interval:
     """Restrict an interval to the given frames, which must be in ascending order.
 
     `start` and `stop` of the result are indices into `frames`. The result is empty if the interval
@@ -213,7 +218,7 @@ def _bone_of(
     If none of `chains` does, a chain is created from the joint and its first child with a bone. The
     result is None if there is no such child. `owner` is the chain in which the error is listed.
     """
-    skeleton, joint = motion.skeleton, joint_of(motion.skeleton, interval)
+    skeleton, joint = motion.skeleton, interval_joint_index(motion.skeleton, interval)
     for chain in chains:
         if chain.parent == joint and not isinstance(chain, Limb | Helper):
             return chain
@@ -286,7 +291,7 @@ class _Around:
     @cached_property
     def axes(self) -> Array:
         """The bone axis of each joint, (joints, 3), with zeros for a joint that has none."""
-        axes = (own_axis(self.skeleton, joint) for joint in self.joints)
+        axes = (own_bone_axis(self.skeleton, joint) for joint in self.joints)
         return np.array([np.zeros(3) if a is None else a for a in axes])
 
     @cached_property
@@ -295,7 +300,7 @@ class _Around:
 
         The shape is (frames, 2, joints).
         """
-        return turns_about(self.own, self.axes)
+        return twist_per_frame(self.own, self.axes)
 
     @cached_property
     def places(self) -> list[tuple[Array, Array]]:
@@ -345,7 +350,7 @@ def _off_hinge(around: _Around, chains: Sequence[Chain], hinges: Hinges) -> Prot
         ChainSignals.of(m, here).azimuth[inside][there] for m in (around.captured, *around.both)
     ]
     before, after = (
-        float(np.sqrt(np.mean(wrapped(off[there] + a - azimuth[0]) ** 2))) for a in azimuth[1:]
+        float(np.sqrt(np.mean(wrap_degrees(off[there] + a - azimuth[0]) ** 2))) for a in azimuth[1:]
     )
     return around.measure(HINGE, before, after, around.next_joint)
 
@@ -358,9 +363,9 @@ def _shows_bend_direction(chain: Chain, joint: int) -> bool:
 def _impossible(around: _Around) -> ProtectedMeasure:
     """Count the frames in which a joint of the limb rotates faster than any body can."""
     counts, fps = np.zeros((2, len(around.joints)), dtype=int), around.captured.fps
-    if may_be_too_fast(around.turns, fps).any():  # a quick check that rarely finds anything
-        in_room = turns_about(around.in_room, around.axes)
-        counts = too_fast(in_room, around.turns, fps).sum(axis=0)
+    if possibly_too_fast_mask(around.turns, fps).any():  # a quick check that rarely finds anything
+        in_room = twist_per_frame(around.in_room, around.axes)
+        counts = impossibly_fast_mask(in_room, around.turns, fps).sum(axis=0)
     before, after = counts.sum(axis=1).tolist()
     joint = around.joints[int(np.argmax(counts[1] - counts[0]))]
     return around.measure(TURNS, float(before), float(after), joint)

@@ -92,7 +92,7 @@ def offsets_by_chain(intervals: Iterable[Interval], frames: int) -> dict[str, Ar
     return {chain: wrap(offset) for chain, offset in total.items()}
 
 
-def carried_by_limb(intervals: Iterable[Interval], frames: int) -> dict[str, Array]:
+def carried_offsets_by_chain(intervals: Iterable[Interval], frames: int) -> dict[str, Array]:
     """Return the sum of the carried offsets for each chain or limb, keyed by name.
 
     In a carried error, the child of the chain or the end of the limb rotates along. The result has
@@ -195,9 +195,12 @@ def refiner(
     intervals = [
         i
         for i in intervals
-        if i.chain in by_name and not stuck_joints(motion, by_name[i.chain], [i])
+        if i.chain in by_name and not joints_lacking_channels(motion, by_name[i.chain], [i])
     ]
-    offsets, carried = offsets_by_chain(intervals, frames), carried_by_limb(intervals, frames)
+    offsets, carried = (
+        offsets_by_chain(intervals, frames),
+        carried_offsets_by_chain(intervals, frames),
+    )
     return offset_remover(motion, chains, offsets, carried, JointRepairs(intervals))
 
 
@@ -243,7 +246,9 @@ def _to_correct(motion: Motion, found: Any) -> tuple[Sequence[Chain], Sequence[I
     return AS_FOUND.chains(motion), intervals
 
 
-def stuck_joints(motion: Motion, chain: Chain, intervals: Iterable[Interval]) -> tuple[str, ...]:
+def joints_lacking_channels(
+    motion: Motion, chain: Chain, intervals: Iterable[Interval]
+) -> tuple[str, ...]:
     """Return the names of joints that cannot be corrected because they lack rotation channels."""
     own = [i for i in intervals if i.chain == chain.name]
     carried = {i.carried for i in own if not i.kind.info.repairer}

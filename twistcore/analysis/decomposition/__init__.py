@@ -1,13 +1,17 @@
 """Compute the quantities of [Choi26 §3] for a single frame, as captured or with changes."""
 
-from twistcore.analysis.decomposition.altered_frame import WhatIf, altered, rotation_at_stage
+from twistcore.analysis.decomposition.altered_frame import (
+    WhatIf,
+    motion_of_altered_frame,
+    partial_rotation_at_stage,
+)
 from twistcore.analysis.decomposition.frame_correction import FrameCorrection, correct_frame
 from twistcore.analysis.decomposition.frame_quantities import UNDEFINED, Decomposition, decompose
 from twistcore.analysis.decomposition.rotation_forms import (
     LOCK,
     EulerChannels,
     euler_channels,
-    other_order,
+    twist_swing_factors,
     unwrapped_twist,
 )
 
@@ -18,11 +22,11 @@ __all__ = [
     "EulerChannels",
     "FrameCorrection",
     "WhatIf",
-    "altered",
     "correct_frame",
     "decompose",
     "euler_channels",
-    "other_order",
-    "rotation_at_stage",
+    "motion_of_altered_frame",
+    "partial_rotation_at_stage",
+    "twist_swing_factors",
     "unwrapped_twist",
 ]

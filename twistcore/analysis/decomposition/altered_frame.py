@@ -9,9 +9,9 @@ import numpy as np
 from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.analysis.decomposition.directions import (
     angle_between,
-    at_frame,
-    direction,
     perpendicular,
+    unit_vector,
+    vector_at_frame,
 )
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
@@ -66,7 +66,7 @@ class WhatIf:
         return self != WhatIf(counter=self.counter)
 
 
-def altered(
+def motion_of_altered_frame(
     motion: Motion,
     chain: Chain,
     frame: int,
@@ -90,10 +90,13 @@ def altered(
     offset
         The offset of an error in this frame, radians.
     stage
-        How much of P's rotation to include, as in :func:`rotation_at_stage`. None for all of it.
+        How much of P's rotation to include, as in :func:`partial_rotation_at_stage`. None for all
+        of it.
     """
     one = motion.sliced(frame, frame + 1)
-    here = replace(chain, axis=at_frame(chain.axis, frame), arm=at_frame(chain.arm, frame))
+    here = replace(
+        chain, axis=vector_at_frame(chain.axis, frame), arm=vector_at_frame(chain.arm, frame)
+    )
     rotations = one.rotations.copy()
     q, q_child = rotations[0, chain.parent], rotations[0, chain.child]
     rotations[0, chain.parent] = normalise(_swung(q, here.axis, what_if))
@@ -106,11 +109,13 @@ def altered(
     if stage is None:
         return one
     rotations = one.rotations.copy()
-    rotations[0, chain.parent] = rotation_at_stage(rotations[0, chain.parent], here.axis, stage)
+    rotations[0, chain.parent] = partial_rotation_at_stage(
+        rotations[0, chain.parent], here.axis, stage
+    )
     return one.with_rotations(rotations)
 
 
-def rotation_at_stage(q: Array, axis: Array, stage: float) -> Array:
+def partial_rotation_at_stage(q: Array, axis: Array, stage: float) -> Array:
     """Return a partial rotation as a quaternion, (4,).
 
     Stage 0 is no rotation, stage 1 the swing, and stage 2 the whole rotation. Values in between
@@ -129,7 +134,7 @@ def _swing_turn(swing: Array) -> tuple[Array, float]:
     If there is no swing, the normal is zero.
     """
     vector = swing[1:] * (1.0 if swing[0] >= 0.0 else -1.0)
-    return direction(vector), float(2.0 * np.arctan2(np.linalg.norm(vector), abs(swing[0])))
+    return unit_vector(vector), float(2.0 * np.arctan2(np.linalg.norm(vector), abs(swing[0])))
 
 
 def _swung(q: Array, axis: Array, what_if: WhatIf) -> Array:
@@ -139,7 +144,7 @@ def _swung(q: Array, axis: Array, what_if: WhatIf) -> Array:
     if what_if.toward is not None:
         w = normalise(what_if.toward)
         across, angle = np.cross(axis, w), angle_between(axis, w)
-        normal = direction(across) if direction(across).any() else normal
+        normal = unit_vector(across) if unit_vector(across).any() else normal
     if not normal.any():
         normal = perpendicular(axis)
     if what_if.swing is not None:
@@ -152,7 +157,7 @@ def _swung(q: Array, axis: Array, what_if: WhatIf) -> Array:
 def _bent(q: Array, chain: Chain, what_if: WhatIf) -> Array:
     """Return the child's rotation after the changes to bend and nudge."""
     v = rotate(q, chain.arm)
-    normal = direction(np.cross(chain.axis, v))
+    normal = unit_vector(np.cross(chain.axis, v))
     if not normal.any():
         normal = perpendicular(chain.axis)
     if what_if.bend is not None:

@@ -9,7 +9,7 @@ from twistcore.skeleton.rotation import Array, normalise
 _NO_TURN = 1e-9  # a vector that is at most this long has no direction
 
 
-def at_frame(vector: Array, frame: int) -> Array:
+def vector_at_frame(vector: Array, frame: int) -> Array:
     """Return a vector at a frame, (3,). The input has the shape (3,) or (frames, 3)."""
     return vector if vector.ndim == 1 else vector[frame]
 
@@ -22,7 +22,7 @@ def angle_between(u: Array, v: Array) -> float:
     return float(np.arctan2(np.linalg.norm(np.cross(u, v)), u @ v))
 
 
-def direction(v: Array) -> Array:
+def unit_vector(v: Array) -> Array:
     """Return a vector (3,) scaled to length 1, or zeros if the vector is too short."""
     return normalise(v) if float(np.linalg.norm(v)) > _NO_TURN else np.zeros(3)
 

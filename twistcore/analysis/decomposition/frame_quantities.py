@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from twistcore.analysis.decomposition.altered_frame import WhatIf, altered
-from twistcore.analysis.decomposition.directions import angle_between, at_frame, direction
+from twistcore.analysis.decomposition.altered_frame import WhatIf, motion_of_altered_frame
+from twistcore.analysis.decomposition.directions import angle_between, unit_vector, vector_at_frame
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import (
@@ -147,26 +147,28 @@ def decompose(
     what_if
         The user's changes to the frame, or None.
     offset, stage
-        The same as in :func:`altered`.
+        The same as in :func:`motion_of_altered_frame`.
     """
     before = max(frame - 1, 0)
     captured = what_if is None and stage is None
     now = motion
     if not captured:
-        now = altered(motion, chain, frame, what_if or WhatIf(), offset=offset, stage=stage)
+        now = motion_of_altered_frame(
+            motion, chain, frame, what_if or WhatIf(), offset=offset, stage=stage
+        )
     at = frame if captured else 0
     q, q_child = now.rotations[at, chain.parent], now.rotations[at, chain.child]
-    a, a_before = at_frame(chain.axis, frame), at_frame(chain.axis, before)
+    a, a_before = vector_at_frame(chain.axis, frame), vector_at_frame(chain.axis, before)
     swing, twist = swing_twist(q, a)
     if swing[0] < 0.0:  # q and −q are the same rotation, and Eq. 6 has cos(α/2) ≥ 0
         q, swing = -q, -swing
-    n = direction(swing[1:])
+    n = unit_vector(swing[1:])
     w = rotate(q, a)
     theta_p = float(twist_angle(q, a))
     q_before = motion.rotations[before, chain.parent]
     theta_before = float(twist_angle(q_before, a_before))
-    v = rotate(q_child, at_frame(chain.arm, frame))
-    v_before = rotate(motion.rotations[before, chain.child], at_frame(chain.arm, before))
+    v = rotate(q_child, vector_at_frame(chain.arm, frame))
+    v_before = rotate(motion.rotations[before, chain.child], vector_at_frame(chain.arm, before))
     across, across_before = _across(v, a), _across(v_before, a_before)
     dtheta_p = float(wrap(theta_p - theta_before))
     dtheta_c = float(azimuth_increments(np.stack([across_before, across]), np.stack([a, a]))[1])

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from twistcore.formats.bvh.euler_branch import continuous_angles
+from twistcore.formats.bvh.euler_branch import continuous_euler_angles
 from twistcore.skeleton.rotation import Array, conjugate, multiply, swing_twist
 
 # If the first and last axes are closer than this, a rotation is nearly in gimbal lock.
 LOCK = float(np.radians(5.0))
 
 
-def other_order(q: Array, axis: Array) -> tuple[Array, Array]:
+def twist_swing_factors(q: Array, axis: Array) -> tuple[Array, Array]:
     """Return the factors twist and swing' of q = twist ⊗ swing', each of shape (4,).
 
     The twist and the angle of the swing are the same as in q = swing ⊗ twist, but the normal of the
@@ -70,6 +70,6 @@ def euler_channels(order: str, q: Array, near: Array) -> EulerChannels:
     near
         Angles in radians, shape (3,). Of all solutions, the one nearest to them is returned.
     """
-    angles = continuous_angles(order, q[None], near[None], near, None)[0]
+    angles = continuous_euler_angles(order, q[None], near[None], near, None)[0]
     between = float(np.arctan2(abs(np.cos(angles[1])), abs(np.sin(angles[1]))))
     return EulerChannels(order, angles, between)

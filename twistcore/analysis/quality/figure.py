@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.errors import TwistError
-from twistcore.quamo.resample import sample_times
-from twistcore.quamo.topology import ANKLES, TOES, find_topology, metres_per_unit
+from twistcore.quamo.resample import network_sample_times
+from twistcore.quamo.topology import ANKLES, TOES, find_network_joints, metres_per_unit
 from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import Array, vector_lengths
 from twistcore.work.frozen import dataclass
@@ -49,7 +49,7 @@ def quality_of_positions(places: Array, given: Array | None = None) -> FigureQua
     return FigureQuality(
         None if given is None else mean_distance(root_aligned(places), root_aligned(given)),
         float(vector_lengths(third).mean()) if len(third) else 0.0,
-        foot_slide(places, in_contact(places)),
+        foot_slide(places, foot_contact_mask(places)),
     )
 
 
@@ -62,10 +62,13 @@ def quality_before_and_after(
     unit in metres, or None if it is unknown.
     """
     try:
-        topology, scale = find_topology(before.skeleton), metres_per_unit(before.skeleton, unit)
+        topology, scale = (
+            find_network_joints(before.skeleton),
+            metres_per_unit(before.skeleton, unit),
+        )
     except TwistError:
         return None
-    times = sample_times(before.frames, before.frame_time)
+    times = network_sample_times(before.frames, before.frame_time)
     given, found = (_places_mm(m, topology.joints, times, scale) for m in (before, after))
     return quality_of_positions(given), quality_of_positions(found, given)
 
@@ -76,14 +79,17 @@ def figure_quality(motion: Motion) -> FigureQuality | None:
     The result is None if the skeleton lacks any of SMPL's 24 joints.
     """
     try:
-        topology, scale = find_topology(motion.skeleton), metres_per_unit(motion.skeleton, None)
+        topology, scale = (
+            find_network_joints(motion.skeleton),
+            metres_per_unit(motion.skeleton, None),
+        )
     except TwistError:
         return None
-    times = sample_times(motion.frames, motion.frame_time)
+    times = network_sample_times(motion.frames, motion.frame_time)
     return quality_of_positions(_places_mm(motion, topology.joints, times, scale))
 
 
-def in_contact(places: Array) -> NDArray[np.bool_]:
+def foot_contact_mask(places: Array) -> NDArray[np.bool_]:
     """Return a mask of the frames in which each foot is on the ground, (frames, 2).
 
     A foot is on the ground if its ankle and its toe are less than 3 cm above ground level. Ground
@@ -101,7 +107,7 @@ def foot_slide(places: Array, contact: NDArray[np.bool_]) -> float:
     """Return the percentage of frame pairs in which a foot slides.
 
     A foot slides if it moves horizontally by at least 20 mm while it is on the ground. The
-    percentages of both feet are added. `contact` comes from :func:`in_contact`.
+    percentages of both feet are added. `contact` comes from :func:`foot_contact_mask`.
     """
     slides = 0
     for foot in range(2):

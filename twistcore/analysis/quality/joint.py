@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.analysis.quality.figure import CONTACT_MM, SLIDE_MM
-from twistcore.detection.cuts import leading_frames
+from twistcore.detection.cuts import count_leading_rest_frames
 from twistcore.errors import TwistError
 from twistcore.formats.clip import Clip
 from twistcore.quamo.state_space import NETWORK_DT
 from twistcore.quamo.topology import metres_per_unit
 from twistcore.skeleton.joint_names import FEET, TOES
 from twistcore.skeleton.motion import Motion, Skeleton
-from twistcore.skeleton.people import find_people, joint_names
+from twistcore.skeleton.people import find_people, interpret_person_joint_names
 from twistcore.skeleton.rotation import Array, conjugate, logarithm, multiply, vector_lengths
 
 SLIDE_SPEED = 0.001 * SLIDE_MM / NETWORK_DT  # m/s; this is 20 mm between two frames at 25 Hz
@@ -119,7 +119,7 @@ def joint_quality(
     frames, joints = positions.shape[:2]
     turn = np.full((frames, joints, 3), np.nan)
     q = motion.rotations
-    first = leading_frames(motion)
+    first = count_leading_rest_frames(motion)
     turn[first + 1 :] = np.degrees(logarithm(multiply(q[first + 1 :], conjugate(q[first:-1]))))
     jitter = np.full((frames, joints), np.nan)
     if frames >= _SHORTEST:
@@ -149,12 +149,14 @@ def joint_accelerations(motion: Motion, positions: Array) -> Array:
     """
     step = max(1, round(NETWORK_DT / motion.frame_time))
     out = np.full(positions.shape[:2], np.nan)
-    own = positions[leading_frames(motion) :]
+    own = positions[count_leading_rest_frames(motion) :]
     if len(own) > 2 * step:
         bent = own[2 * step :] - 2.0 * own[step:-step] + own[: -2 * step]
         seconds = step * motion.frame_time
         size = vector_lengths(bent) / seconds**2
-        out[leading_frames(motion) + step : len(out) - step] = _metres(motion.skeleton) * size
+        out[count_leading_rest_frames(motion) + step : len(out) - step] = (
+            _metres(motion.skeleton) * size
+        )
     return out
 
 
@@ -163,7 +165,7 @@ def foot_joints(skeleton: Skeleton) -> tuple[int, ...]:
     stems = {*FEET, *TOES}
     return tuple(
         k
-        for k, name in enumerate(joint_names(skeleton, find_people(skeleton)))
+        for k, name in enumerate(interpret_person_joint_names(skeleton, find_people(skeleton)))
         if name.side and any(name.stem.startswith(stem) for stem in stems)
     )
 

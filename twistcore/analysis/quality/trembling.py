@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from twistcore.analysis.quality.figure import figure_quality
-from twistcore.detection.cuts import leading_frames
-from twistcore.quamo.resample import sample_times
+from twistcore.detection.cuts import count_leading_rest_frames
+from twistcore.quamo.resample import network_sample_times
 from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import vector_lengths
 
@@ -24,8 +24,8 @@ def jitter_if_trembling(motion: Motion) -> float | None:
     motion, such as running, does not count, because its third differences do not change sign from
     frame to frame. If the length unit is unknown, the figure is assumed to be 1.75 m tall.
     """
-    capture = motion.sliced(leading_frames(motion), motion.frames)
-    times = sample_times(capture.frames, capture.frame_time)
+    capture = motion.sliced(count_leading_rest_frames(motion), motion.frames)
+    times = network_sample_times(capture.frames, capture.frame_time)
     if len(times) < _FEWEST or not capture.skeleton.height:
         return None
     low = np.floor(times).astype(np.intp)

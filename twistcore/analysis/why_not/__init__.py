@@ -4,7 +4,11 @@ Every peak above τ outside all intervals has a reason. Reasons are consistent w
 curve: 'below τ' is given only for a frame whose strength is below τ.
 """
 
-from twistcore.analysis.why_not.frames import peaks_without_interval, unexplained_peaks, why_not
+from twistcore.analysis.why_not.frames import (
+    unexplained_peaks,
+    why_no_interval_edge,
+    why_peaks_lack_interval,
+)
 from twistcore.analysis.why_not.reason import Reason, Why
 
-__all__ = ["Reason", "Why", "peaks_without_interval", "unexplained_peaks", "why_not"]
+__all__ = ["Reason", "Why", "unexplained_peaks", "why_no_interval_edge", "why_peaks_lack_interval"]

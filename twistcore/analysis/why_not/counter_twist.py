@@ -15,8 +15,8 @@ from twistcore.analysis.why_not.reason import (
     EdgesIn,
     Reason,
     Why,
-    signed_degrees,
-    unsigned_degrees,
+    format_signed_degrees,
+    format_unsigned_degrees,
 )
 from twistcore.detection import Interval
 from twistcore.detection.consistency.chain_analysis import ChainAnalysis, ConsistencyAnalysis
@@ -66,7 +66,7 @@ class _Edge:
     y: float
 
 
-def no_counter_twist(
+def why_no_counter_twist(
     place: AskedFrame,
     analysis: ConsistencyAnalysis,
     edges_in: EdgesIn,
@@ -120,7 +120,8 @@ def _motion(place: AskedFrame, interval: Interval) -> Reason:
     why = "; ".join(told.get("doubts", ()))
     frames = place.span(interval.start, interval.stop)
     because = (
-        f"the evidence as a whole shows that {signed_degrees(interval.shown)} in {frames} is motion"
+        f"the evidence as a whole shows that {format_signed_degrees(interval.shown)} in {frames} "
+        "is motion"
     )
     return place.reason(
         Why.MOTION,
@@ -177,8 +178,8 @@ def _below(
     if min(abs(x), abs(y)) >= place.tau and x * y < 0.0:
         because = (
             f"{_turns(place, x, y)}, but natural motion predicts these changes to within "
-            f"{signed_degrees(rx)} and {signed_degrees(ry)} "
-            f"(σ {unsigned_degrees(sigma_x)} and {unsigned_degrees(sigma_y)})"
+            f"{format_signed_degrees(rx)} and {format_signed_degrees(ry)} "
+            f"(σ {format_unsigned_degrees(sigma_x)} and {format_unsigned_degrees(sigma_y)})"
         )
         return place.reason(Why.MOTION, because, **numbers)
     return place.reason(Why.BELOW, f"{beyond} beyond what the motion explains", **numbers)
@@ -205,7 +206,7 @@ def _error_nearby(
     if not jumps:
         return ""
     label = max(jumps, key=lambda name: abs(jumps[name]))
-    return f"the jump of {label} there ({signed_degrees(jumps[label])})"
+    return f"the jump of {label} there ({format_signed_degrees(jumps[label])})"
 
 
 def _explained_joint(own: ChainAnalysis, t: int, tau: float) -> int:
@@ -264,7 +265,7 @@ def _run_below_tau(place: AskedFrame, own: ChainAnalysis) -> Reason:
         return place.reason(Why.MOTION, "it is not an edge of an error")
     k = int(at[np.argmax(np.abs(e.jump[at]))])
     span = place.span(int(e.start[k]), int(e.stop[k]))
-    because = f"the changes in {span} add up to only {signed_degrees(float(e.jump[k]))}"
+    because = f"the changes in {span} add up to only {format_signed_degrees(float(e.jump[k]))}"
     return place.reason(Why.MOTION, because, jump_deg=math.degrees(e.jump[k]))
 
 
@@ -296,13 +297,14 @@ def _single(place: AskedFrame, edge: _Edge) -> Reason | None:
             else "the turns do not cancel out"
         )
         alike = f"{alike} over {span}" if span else alike
-        because = f"{alike} ({turns}; {signed_degrees(open_by)} remains)"
+        because = f"{alike} ({turns}; {format_signed_degrees(open_by)} remains)"
         return place.reason(Why.UNEQUAL, because, open_deg=math.degrees(open_by), **numbers)
     taken = "it is treated as motion"
     taken = f"{taken} over {span}" if span else taken
     because = (
         f"{taken} ({turns}): the jump is {abs(edge.jump) / edge.sigma:.1f} times σ = "
-        f"{unsigned_degrees(edge.sigma, 2)} and its evidence is {edge.gain:.1f}, but an edge "
+        f"{format_unsigned_degrees(edge.sigma, 2)} and its evidence is {edge.gain:.1f}, but an "
+        "edge "
         f"requires {_EACH:.0f}"
     )
     return place.reason(Why.MOTION, because, **numbers)
@@ -323,7 +325,8 @@ def _unpaired(place: AskedFrame, own: ChainAnalysis, edge: _Edge, soft: SoftErro
         span = int(e.start[first]), int(e.stop[last])
         rivals = [i for i in own.intervals(place.tau) if i.start < span[1] and span[0] <= i.stop]
         partner = (
-            f"its best partner, {signed_degrees(float(e.jump[best]))} at {_peak(place, e, best)}"
+            f"its best partner, {format_signed_degrees(float(e.jump[best]))} at "
+            f"{_peak(place, e, best)}"
         )
         if not rivals:
             given = (i for i in soft.dropped() if i.start < span[1] and span[0] <= i.stop)
@@ -344,9 +347,9 @@ def _unpaired(place: AskedFrame, own: ChainAnalysis, edge: _Edge, soft: SoftErro
         return place.reason(Why.NO_PARTNER, because, **numbers)
     k = int(asked[np.lexsort((np.abs(e.peak[asked] - place.frame), np.abs(back[asked])))[0]])
     rest, away = float(back[k]), abs(int(e.peak[k]) - place.frame)
-    partner = f"{signed_degrees(float(e.jump[k]))} at {_peak(place, e, k)}"
+    partner = f"{format_signed_degrees(float(e.jump[k]))} at {_peak(place, e, k)}"
     if abs(rest) > ONE_JOINT * abs(edge.jump):
-        left = signed_degrees(rest)
+        left = format_signed_degrees(rest)
         because = (
             f"no other jump reverses it ({turns}): the closest, {partner}, leaves a "
             f"difference of {left}"
@@ -354,7 +357,8 @@ def _unpaired(place: AskedFrame, own: ChainAnalysis, edge: _Edge, soft: SoftErro
     else:
         because = (
             f"the jump that best reverses it ({turns}) is {partner}: it leaves a difference of "
-            f"{signed_degrees(rest)} and is {away} frames away, and the evidence of the two jumps "
+            f"{format_signed_degrees(rest)} and is {away} frames away, and the evidence of the "
+            "two jumps "
             f"({edge.gain:.0f} and {float(e.gain[k]):.0f}) is too weak for an interval"
         )
     numbers |= {"partner": int(e.peak[k]), "open_deg": math.degrees(rest)}
@@ -372,7 +376,7 @@ def _peak(place: AskedFrame, edges: Edges, k: int) -> str:
 def _turns(place: AskedFrame, x: float, y: float) -> str:
     """Describe the rotations `x` of the parent and `y` of the child, which are in radians."""
     parent, child = place.joints
-    return f"{parent} {signed_degrees(x)}, {child} {signed_degrees(y)}"
+    return f"{parent} {format_signed_degrees(x)}, {child} {format_signed_degrees(y)}"
 
 
 def _numbers(edge: _Edge) -> dict[str, Any]:

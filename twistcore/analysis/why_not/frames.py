@@ -10,16 +10,16 @@ from functools import partial
 import numpy as np
 
 from twistcore.analysis.clip_analysis import REPAIRED, Detection
-from twistcore.analysis.why_not.counter_twist import no_counter_twist
+from twistcore.analysis.why_not.counter_twist import why_no_counter_twist
 from twistcore.analysis.why_not.given_up import BESIDE
-from twistcore.analysis.why_not.limb_flip import no_limb_flip
+from twistcore.analysis.why_not.limb_flip import why_no_limb_flip
 from twistcore.analysis.why_not.reason import (
     AskedFrame,
     EdgesIn,
     Reason,
     Why,
-    distinct_sizes,
-    signed_degrees,
+    format_distinct_degrees,
+    format_signed_degrees,
 )
 from twistcore.detection import Interval, Kind
 from twistcore.detection.consistency.chain_analysis import ConsistencyAnalysis
@@ -34,7 +34,7 @@ from twistcore.skeleton.signals import TwistSignals
 _ENOUGH = 0.5
 
 
-def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reason:
+def why_no_interval_edge(found: Detection, name: str, frame: int, *, first: int = 0) -> Reason:
     """Return the reason why no interval begins or ends at a frame of a chain or limb.
 
     Parameters
@@ -71,14 +71,14 @@ def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reaso
             return place.reason(Why.MOVED, text)
     near = partial(_edges_near, found, chain, strength)
     if isinstance(chain, Limb):
-        return no_limb_flip(place, clip.flips.limbs[name], near)
+        return why_no_limb_flip(place, clip.flips.limbs[name], near)
     if isinstance(chain, Helper):
         return _no_helper_roll(place, float(clip.helper_rolls.own[name][frame]))
     analysis = clip.by(found.method)
     if isinstance(analysis, NotatedAnalysis):
         return _in_notation(place, analysis, near, clip.chains)
     if isinstance(analysis, ConsistencyAnalysis):
-        return no_counter_twist(place, analysis, near, clip.chains)
+        return why_no_counter_twist(place, analysis, near, clip.chains)
     return _no_event(place, clip.signals[name])
 
 
@@ -91,8 +91,8 @@ def _no_event(place: AskedFrame, signals: TwistSignals) -> Reason:
     parent, child = place.joints
     numbers = {"dtheta_p_deg": math.degrees(p), "dtheta_c_deg": math.degrees(c)}
     turns = (
-        f"{parent} twists by {signed_degrees(p)}, and the azimuth of {child} changes by "
-        f"{signed_degrees(c)}"
+        f"{parent} twists by {format_signed_degrees(p)}, and the azimuth of {child} changes by "
+        f"{format_signed_degrees(c)}"
     )
     if place.strength >= place.tau:  # in a review, intervals may differ from the detector's
         return place.reason(
@@ -130,7 +130,7 @@ def _in_notation(
     if analysis.fine is not None:
         by_key = analysis.coarse.strength(place.chain.name)[at] if kept.end(at) == frame else 0.0
         if by_key < place.strength or not by_key:
-            return no_counter_twist(place, analysis.fine, near, chains)
+            return why_no_counter_twist(place, analysis.fine, near, chains)
     elif kept.end(at) != frame:
         because = f"it is a copy of {place.called(kept.end(at))}"
         return place.reason(Why.MOTION if place.strength >= place.tau else Why.BELOW, because)
@@ -143,15 +143,17 @@ def _in_notation(
 
     counted = replace(place, frame=at, fps=kept.motion.fps, kept=kept)
     own = [c.at(kept.first) for c in chains]
-    return no_counter_twist(counted, analysis.coarse, near_kept, own)
+    return why_no_counter_twist(counted, analysis.coarse, near_kept, own)
 
 
-def peaks_without_interval(found: Detection, name: str, *, first: int = 0) -> list[Reason]:
+def why_peaks_lack_interval(found: Detection, name: str, *, first: int = 0) -> list[Reason]:
     """Return the reason for each of the :func:`unexplained_peaks` of a chain or limb.
 
     `first` is the frame number that is shown for the clip's first frame.
     """
-    return [why_not(found, name, t, first=first) for t in unexplained_peaks(found, name)]
+    return [
+        why_no_interval_edge(found, name, t, first=first) for t in unexplained_peaks(found, name)
+    ]
 
 
 def unexplained_peaks(found: Detection, name: str) -> list[int]:
@@ -190,10 +192,10 @@ def _in_interval(place: AskedFrame, interval: Interval) -> Reason:
     if interval.start <= place.frame < interval.stop:
         frames = place.span(interval.start, interval.stop).partition(" ")[2]
         called = place.called(place.frame).capitalize()
-        size = signed_degrees(interval.shown)
+        size = format_signed_degrees(interval.shown)
         told = {"frames": frames, "size": size, "joint": interval.joint}
         what = interval.kind.info.here.format(**told)
-        shown, _ = distinct_sizes(strength, tau)
+        shown, _ = format_distinct_degrees(strength, tau)
         side = f"The strength is {shown}, above τ" if past else f"The strength is {shown}, below τ"
         text = f"{called} is in an interval: {what}. {side}."
     else:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from twistcore.analysis.why_not.reason import AskedFrame, Reason, Why, signed_degrees
+from twistcore.analysis.why_not.reason import AskedFrame, Reason, Why, format_signed_degrees
 from twistcore.detection import Interval
 from twistcore.detection.consistency.chain_analysis import ChainAnalysis, ConsistencyAnalysis
 from twistcore.skeleton.chain import Chain
@@ -89,6 +89,6 @@ def soft_error_below_tau(place: AskedFrame, own: ChainAnalysis) -> Reason | None
     for s in own.fixed:
         if s.peak == place.frame and s.strength == place.strength:
             span = place.span(s.interval.start, s.interval.stop)
-            because = f"the whole error in {span} is only {signed_degrees(s.interval.shown)}"
+            because = f"the whole error in {span} is only {format_signed_degrees(s.interval.shown)}"
             return place.reason(Why.BELOW, because, start=s.interval.start, stop=s.interval.stop)
     return None

@@ -13,8 +13,8 @@ from twistcore.analysis.why_not.reason import (
     EdgesIn,
     Reason,
     Why,
-    signed_degrees,
-    unsigned_degrees,
+    format_signed_degrees,
+    format_unsigned_degrees,
 )
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.detection.limb_flips.explanation import LONGEST, NEVER_CLOSED
@@ -22,7 +22,7 @@ from twistcore.detection.limb_flips.jumps import Jump
 from twistcore.skeleton.rotation import wrap
 
 
-def no_limb_flip(place: AskedFrame, flips: LimbFlips, edges_in: EdgesIn) -> Reason:
+def why_no_limb_flip(place: AskedFrame, flips: LimbFlips, edges_in: EdgesIn) -> Reason:
     """Return the reason why no limb flip begins or ends at a frame.
 
     `edges_in` returns the errors of other chains and limbs that have an edge in given frames.
@@ -66,13 +66,13 @@ def _below(
         whole = max(soft, key=lambda j: abs(j.turn))
         because = (
             f"over {place.span(whole.start, whole.stop)}, the limb turns "
-            f"{signed_degrees(whole.turn)} about its line, but no sharp jump nearby "
+            f"{format_signed_degrees(whole.turn)} about its line, but no sharp jump nearby "
             "reverses this turn convincingly"
         )
         return place.reason(Why.BELOW, because, soft_deg=math.degrees(whole.turn), **numbers)
     because = (
-        f"the limb turns {signed_degrees(float(flips.departures[place.frame]))} more about "
-        f"its line than in nearby frames (σ {unsigned_degrees(_scale(flips, place.frame))})"
+        f"the limb turns {format_signed_degrees(float(flips.departures[place.frame]))} more about "
+        f"its line than in nearby frames (σ {format_unsigned_degrees(_scale(flips, place.frame))})"
     )
     return place.reason(Why.BELOW, because, **numbers)
 
@@ -101,7 +101,10 @@ def _left(
             f"it could be an edge of a flip in {span}, but another flip explains the frames better"
         )
         return place.reason(Why.OTHER, because, **numbers)
-    moves = f"the limb's rotation varies by about {unsigned_degrees(jump.scale)} in nearby frames"
+    moves = (
+        f"the limb's rotation varies by about {format_unsigned_degrees(jump.scale)} in nearby "
+        "frames"
+    )
     if jump.step > 0.03:
         moves = (
             f"{moves}, and the limb's end moves by {100.0 * jump.step:.0f} % of the limb's length"
@@ -132,8 +135,8 @@ def _no_partner(
         return place.reason(Why.NO_PARTNER, because, **numbers)
     open_by, best = min(others, key=lambda o: o[0])
     because = (
-        f"no other jump reverses it: the closest in size, {signed_degrees(best.turn)} at "
-        f"{place.called(best.start)}, leaves a difference of {unsigned_degrees(open_by)}"
+        f"no other jump reverses it: the closest in size, {format_signed_degrees(best.turn)} at "
+        f"{place.called(best.start)}, leaves a difference of {format_unsigned_degrees(open_by)}"
     )
     if open_by < NEVER_CLOSED:
         because = f"{because}, and no flip can occur between the two"

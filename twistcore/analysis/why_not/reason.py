@@ -122,7 +122,7 @@ class AskedFrame:
 
     def reason(self, why: Why, because: str, **numbers: Any) -> Reason:
         """Return a reason whose sentence contains the strength, τ and the cause `because`."""
-        strength, tau = distinct_sizes(self.strength, self.tau)
+        strength, tau = format_distinct_degrees(self.strength, self.tau)
         past = self.strength >= self.tau
         here = self.called(self.frame)
         text = (
@@ -160,7 +160,7 @@ class AskedFrame:
 
     def named(self, interval: Interval) -> str:
         """Describe an interval by its offset or, if it has none, by its kind and joint."""
-        span, size = self.span(interval.start, interval.stop), signed_degrees(interval.shown)
+        span, size = self.span(interval.start, interval.stop), format_signed_degrees(interval.shown)
         if named := interval.kind.info.named:
             return named.format(span=span, size=size, joint=interval.joint)
         return f"the interval in {span} ({size})"
@@ -170,23 +170,23 @@ class AskedFrame:
         if not interval.repairable:
             return self.named(interval)
         span = self.span(interval.start, interval.stop)
-        return f"the error of {other.label} in {span} ({signed_degrees(interval.shown)})"
+        return f"the error of {other.label} in {span} ({format_signed_degrees(interval.shown)})"
 
 
-def signed_degrees(angle: float) -> str:
+def format_signed_degrees(angle: float) -> str:
     """Format an angle in radians as signed degrees, such as '+1.2°'."""
     return f"{math.degrees(angle):+.1f}°".replace("-", "−")
 
 
-def unsigned_degrees(angle: float, digits: int = 1) -> str:
+def format_unsigned_degrees(angle: float, digits: int = 1) -> str:
     """Format the magnitude of an angle in radians as degrees, such as '1.2°'."""
     return f"{abs(math.degrees(angle)):.{digits}f}°"
 
 
-def distinct_sizes(one: float, other: float) -> tuple[str, str]:
+def format_distinct_degrees(one: float, other: float) -> tuple[str, str]:
     """Format the magnitudes of two angles with enough digits to tell them apart."""
     for digits in range(1, 6):
-        said = unsigned_degrees(one, digits), unsigned_degrees(other, digits)
+        said = format_unsigned_degrees(one, digits), format_unsigned_degrees(other, digits)
         if said[0] != said[1]:
             break
     return said

@@ -15,7 +15,7 @@ from typing import Any, NoReturn
 from twistcore.cli.output import terminal_text
 from twistcore.detection.kind import Kind
 from twistcore.files.atomic import STANDARD_OUTPUT
-from twistcore.formats.suffixes import CLIP_SUFFIXES, why_not_written
+from twistcore.formats.suffixes import CLIP_SUFFIXES, unsupported_suffix_message
 
 KINDS = tuple(kind.replace(" ", "-") for kind in Kind)  # kinds of errors, as --kinds spells them
 STANDARD_INPUT = Path("/dev/stdin")  # means standard input, even if there is no such file
@@ -82,26 +82,26 @@ def _did_you_mean(word: str, known: Sequence[str]) -> str:
     return f"; did you mean {' or '.join(near)}?" if near else ""
 
 
-def target(text: str) -> Path:
+def parse_output_path(text: str) -> Path:
     """Return the path of a file to write. '-' is standard output, and './-' is a file named '-'."""
     return STANDARD_OUTPUT if text == "-" else Path(text)
 
 
-def clip_target(text: str) -> Path:
+def parse_clip_output_path(text: str) -> Path:
     """Return the path of a clip, or of a folder of clips, to write. Its format must be writable."""
-    path = target(text)
-    refused = why_not_written(path, " or ".join(CLIP_SUFFIXES))
+    path = parse_output_path(text)
+    refused = unsupported_suffix_message(path, " or ".join(CLIP_SUFFIXES))
     if refused and not path.is_dir():
         raise argparse.ArgumentTypeError(f"{text}: {refused}")
     return path
 
 
-def readable(text: str) -> Path:
+def parse_clip_input_path(text: str) -> Path:
     """Return the path of a clip to read. '-' is standard input, and './-' is a file named '-'."""
     return STANDARD_INPUT if text == "-" else Path(text)
 
 
-def folder(text: str) -> Path:
+def parse_output_folder(text: str) -> Path:
     """Return the path of a folder to write into, which need not exist."""
     if text == "-":
         raise argparse.ArgumentTypeError(
@@ -110,16 +110,16 @@ def folder(text: str) -> Path:
     return Path(text)
 
 
-def tau(text: str) -> float | None:
+def parse_tau(text: str) -> float | None:
     """Convert a string in degrees, above 0 and at most 180, to the threshold τ in radians.
 
     'auto' is converted to None.
     """
-    found = tau_degrees(text)
+    found = parse_tau_degrees(text)
     return None if found is None else math.radians(found)
 
 
-def tau_degrees(text: str) -> float | None:
+def parse_tau_degrees(text: str) -> float | None:
     """Convert a string to the threshold τ in degrees, above 0 and at most 180.
 
     'auto' is converted to None.
@@ -134,7 +134,7 @@ def tau_degrees(text: str) -> float | None:
     return value
 
 
-def degrees(text: str) -> float:
+def parse_degrees(text: str) -> float:
     """Convert a string to an angle in degrees, above 0 and at most 180."""
     value = _number_in(text)
     if not 0.0 < value <= 180.0:
@@ -144,7 +144,7 @@ def degrees(text: str) -> float:
     return value
 
 
-def kinds(text: str) -> frozenset[Kind]:
+def parse_error_kinds(text: str) -> frozenset[Kind]:
     """Return the kinds of errors named in a comma-separated list, or all kinds for 'all'.
 
     The words of a name may be separated by '-' or ' '.
@@ -161,7 +161,7 @@ def kinds(text: str) -> frozenset[Kind]:
     return found
 
 
-def seed(text: str) -> int:
+def parse_seed(text: str) -> int:
     """Convert a string to a whole number of at least 0."""
     if not (text.isdecimal() and len(text) <= 18):
         raise argparse.ArgumentTypeError(
@@ -170,7 +170,7 @@ def seed(text: str) -> int:
     return int(text)
 
 
-def positive(text: str) -> float:
+def parse_positive_number(text: str) -> float:
     """Convert a string to a finite number above 0."""
     value = _number_in(text)
     if not (math.isfinite(value) and value > 0.0):
@@ -178,7 +178,7 @@ def positive(text: str) -> float:
     return value
 
 
-def rate(text: str) -> float:
+def parse_frame_rate(text: str) -> float:
     """Convert a string to frames per second, from 1 to 10,000."""
     value = _number_in(text)
     if not _LEAST_RATE <= value <= _MOST_RATE:
@@ -188,7 +188,7 @@ def rate(text: str) -> float:
     return value
 
 
-def share(text: str) -> float:
+def parse_fraction(text: str) -> float:
     """Convert a string to a number from 0 to 1."""
     value = _number_in(text)
     if not 0.0 <= value <= 1.0:
@@ -196,21 +196,21 @@ def share(text: str) -> float:
     return value
 
 
-def mebibytes(text: str) -> float:
+def parse_mebibytes(text: str) -> float:
     """Convert a string to an amount of memory in MiB, which must be enough for Python and numpy."""
-    if (value := positive(text)) < _LEAST_MIB:
+    if (value := parse_positive_number(text)) < _LEAST_MIB:
         raise argparse.ArgumentTypeError(f"expected at least {_LEAST_MIB} MiB, found {text!r}")
     return value
 
 
-def number(text: str) -> float:
+def parse_finite_number(text: str) -> float:
     """Convert a string to a finite number."""
     if not math.isfinite(value := _number_in(text)):
         raise argparse.ArgumentTypeError(f"expected a number, found {text!r}")
     return value
 
 
-def not_negative(text: str) -> float:
+def parse_non_negative_number(text: str) -> float:
     """Convert a string to a finite number of at least 0."""
     value = _number_in(text)
     if not (math.isfinite(value) and value >= 0.0):
@@ -218,17 +218,17 @@ def not_negative(text: str) -> float:
     return value
 
 
-def count(text: str) -> int:
+def parse_count(text: str) -> int:
     """Convert a string to a whole number above 0."""
     return _whole(text, 1, _MOST)
 
 
-def limit(text: str) -> int:
+def parse_limit(text: str) -> int:
     """Convert a string to a whole number of at least 0, used as a limit."""
     return _whole(text, 0, _MOST)
 
 
-def workers(text: str) -> int:
+def parse_worker_count(text: str) -> int:
     """Convert a string to a number of processes, from 1 to 1024."""
     return _whole(text, 1, _MOST_WORKERS)
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 import argparse
 
 from twistcore.cli.arguments.argument_types import (
-    folder,
-    mebibytes,
-    not_negative,
-    positive,
-    target,
-    tau_degrees,
-    workers,
+    parse_mebibytes,
+    parse_non_negative_number,
+    parse_output_folder,
+    parse_output_path,
+    parse_positive_number,
+    parse_tau_degrees,
+    parse_worker_count,
 )
-from twistcore.cli.arguments.common_arguments import add_output, add_workers, deferred
+from twistcore.cli.arguments.common_arguments import add_output, add_workers, deferred_command
 from twistcore.cli.arguments.detection_arguments import add_correction, add_detection
 
 
@@ -48,18 +48,21 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
         help="continue an interrupted run; this is also the default",
     )
     _add_processing(parser)
-    parser.set_defaults(run=deferred("batch_command", "batch_command"))
+    parser.set_defaults(run=deferred_command("batch_command", "batch_command"))
 
 
 def add_watch(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `twistcore watch` to a parser."""
     parser.add_argument(
-        "folder", type=folder, metavar="FOLDER", help="folder to watch, with all its subfolders"
+        "folder",
+        type=parse_output_folder,
+        metavar="FOLDER",
+        help="folder to watch, with all its subfolders",
     )
     add_output(parser, "folder for the results, or its URL", str, "OUTDIR")
     parser.add_argument(
         "--every",
-        type=positive,
+        type=parse_positive_number,
         default=5.0,
         metavar="SECONDS",
         help="time between two checks of the folder; a clip is read when two checks in a row "
@@ -73,12 +76,12 @@ def add_watch(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--idle",
-        type=not_negative,
+        type=parse_non_negative_number,
         metavar="SECONDS",
         help="exit when no clip has been added, changed or removed for this long (default: never)",
     )
     _add_processing(parser)
-    parser.set_defaults(run=deferred("watch_command", "watch_command"))
+    parser.set_defaults(run=deferred_command("watch_command", "watch_command"))
 
 
 def add_merge(parser: argparse.ArgumentParser) -> None:
@@ -86,13 +89,13 @@ def add_merge(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "folders",
         nargs="+",
-        type=folder,
+        type=parse_output_folder,
         metavar="FOLDER",
         help="OUTDIR of a batch; it is not changed",
     )
     what = "folder for the merged results: a new one, or the OUTDIR of a batch"
-    add_output(parser, what, folder, "OUTDIR")
-    parser.set_defaults(run=deferred("merge_command", "merge_command"))
+    add_output(parser, what, parse_output_folder, "OUTDIR")
+    parser.set_defaults(run=deferred_command("merge_command", "merge_command"))
 
 
 def _add_processing(parser: argparse.ArgumentParser) -> None:
@@ -105,31 +108,33 @@ def _add_processing(parser: argparse.ArgumentParser) -> None:
     )
     where.add_argument(
         "--local-cluster",
-        type=workers,
+        type=parse_worker_count,
         metavar="N",
         help="start a Dask cluster of N workers on this machine (default: none)",
     )
     parser.add_argument(
         "--shard",
-        type=shard,
+        type=parse_shard,
         default=(1, 1),
         metavar="I/N",
         help="divide the clips into N parts, and process only part I (default: 1/1)",
     )
     parser.add_argument(
         "--time-limit",
-        type=positive,
+        type=parse_positive_number,
         metavar="SECONDS",
         help="processor time that a clip may take (default: 300, plus 60 for each megabyte)",
     )
     parser.add_argument(
         "--memory-limit",
-        type=mebibytes,
+        type=parse_mebibytes,
         metavar="MIB",
         help="memory that a clip may use in addition to 12 times its size, at least 256 "
         "(default: 1430)",
     )
-    add_detection(parser.add_argument_group("detection, as in `twistcore detect`"), tau_degrees)
+    add_detection(
+        parser.add_argument_group("detection, as in `twistcore detect`"), parse_tau_degrees
+    )
     parser.add_argument("--refine", action="store_true", help="also write corrected clips")
     add_correction(parser)
     parser.add_argument("--report", action="store_true", help="also write OUTDIR/report/index.html")
@@ -142,7 +147,7 @@ def _add_processing(parser: argparse.ArgumentParser) -> None:
     ):
         parser.add_argument(
             f"--{name}",
-            type=target,
+            type=parse_output_path,
             metavar="FILE",
             help=f"write the results as {what} (default: none)",
         )
@@ -156,7 +161,7 @@ def _add_processing(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def shard(text: str) -> tuple[int, int]:
+def parse_shard(text: str) -> tuple[int, int]:
     """Return the index and the number of shards, such as (2, 5) for '2/5'."""
     index, slash, number = text.partition("/")
     if not (slash and index.isdecimal() and number.isdecimal() and 1 <= int(index) <= int(number)):

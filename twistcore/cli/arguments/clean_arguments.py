@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import argparse
 
-from twistcore.cli.arguments.argument_types import positive, rate, readable
-from twistcore.cli.arguments.common_arguments import add_json, add_output, deferred
+from twistcore.cli.arguments.argument_types import (
+    parse_clip_input_path,
+    parse_frame_rate,
+    parse_positive_number,
+)
+from twistcore.cli.arguments.common_arguments import add_json, add_output, deferred_command
 
 NAMINGS = ("cmu", "smpl")  # known sets of joint names for `--rename`
 
@@ -13,7 +17,10 @@ NAMINGS = ("cmu", "smpl")  # known sets of joint names for `--rename`
 def add_clean(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `twistcore clean` to a parser."""
     parser.add_argument(
-        "clip", type=readable, metavar="CLIP", help="the clip; '-' reads a BVH from standard input"
+        "clip",
+        type=parse_clip_input_path,
+        metavar="CLIP",
+        help="the clip; '-' reads a BVH from standard input",
     )
     add_output(parser, "BVH to write; '-' is standard output")
     parser.add_argument(
@@ -62,13 +69,13 @@ def add_clean(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--fps",
-        type=rate,
+        type=parse_frame_rate,
         metavar="HZ",
         help="resample to this frame rate; in other commands, --fps corrects the rate of the "
         "file (default: unchanged)",
     )
     add_json(parser)
-    parser.set_defaults(run=deferred("clean_command", "clean_command"))
+    parser.set_defaults(run=deferred_command("clean_command", "clean_command"))
 
 
 def _order(text: str) -> tuple[str, str]:
@@ -83,6 +90,6 @@ def _order(text: str) -> tuple[str, str]:
 
 def _factor(text: str) -> float:
     """Convert a string to a scale factor from 1e-6 to 1e6, so that lengths do not lose digits."""
-    if not 1e-6 <= (value := positive(text)) <= 1e6:
+    if not 1e-6 <= (value := parse_positive_number(text)) <= 1e6:
         raise argparse.ArgumentTypeError(f"expected a factor from 1e-6 to 1e6, found {text!r}")
     return value

@@ -13,15 +13,15 @@ from pathlib import Path
 
 from twistcore.cli.arguments.argument_types import (
     Parser,
-    clip_target,
-    rate,
-    readable,
-    seed,
-    workers,
+    parse_clip_input_path,
+    parse_clip_output_path,
+    parse_frame_rate,
+    parse_seed,
+    parse_worker_count,
 )
 
 
-def deferred(module: str, name: str) -> Callable[[argparse.Namespace], int]:
+def deferred_command(module: str, name: str) -> Callable[[argparse.Namespace], int]:
     """Return a function that imports a module of twistcore.cli and runs a command in it.
 
     `module` and `name` are the names of the module and of the command's function.
@@ -57,7 +57,7 @@ def add_clips(parser: argparse.ArgumentParser) -> None:
     """Add the argument for one or more clips that a command only reads."""
     parser.add_argument(
         "clips",
-        type=readable,
+        type=parse_clip_input_path,
         nargs="+",
         metavar="CLIP",
         help="one or more clips; '-' reads a BVH from standard input",
@@ -79,7 +79,7 @@ def add_fps(parser: argparse._ActionsContainer) -> None:
     """Add the option --fps, a frame rate to use instead of the file's."""
     parser.add_argument(
         "--fps",
-        type=rate,
+        type=parse_frame_rate,
         metavar="HZ",
         help="frame rate to use instead of the file's (default: the file's)",
     )
@@ -88,7 +88,7 @@ def add_fps(parser: argparse._ActionsContainer) -> None:
 def add_output(
     parser: argparse.ArgumentParser,
     what: str = "clip to write; '-' is standard output",
-    type: Callable[[str], object] = clip_target,
+    type: Callable[[str], object] = parse_clip_output_path,
     metavar: str = "OUT",
 ) -> None:
     """Add the option -o for the clip, file or folder to write."""
@@ -98,13 +98,13 @@ def add_output(
 def add_workers(parser: argparse._ActionsContainer, what: str = "number of processes") -> None:
     """Add the option --workers, the number of processes to use."""
     what = f"{what} (default: one for each core)"
-    parser.add_argument("--workers", type=workers, metavar="N", help=what)
+    parser.add_argument("--workers", type=parse_worker_count, metavar="N", help=what)
 
 
 def add_seed(parser: argparse.ArgumentParser, default: int, what: str = "the first seed") -> None:
     """Add the option --seed for random numbers."""
     what = f"{what} (default: %(default)s)"
-    parser.add_argument("--seed", type=seed, default=default, metavar="N", help=what)
+    parser.add_argument("--seed", type=parse_seed, default=default, metavar="N", help=what)
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
@@ -116,7 +116,7 @@ def add_json(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_voice(parser: argparse.ArgumentParser) -> None:
+def add_verbosity_options(parser: argparse.ArgumentParser) -> None:
     """Add the options --quiet and --verbose."""
     voice = parser.add_mutually_exclusive_group()
     voice.add_argument("-q", "--quiet", action="store_true", help="print only results and errors")

@@ -6,7 +6,12 @@ import argparse
 from collections.abc import Callable
 from pathlib import Path
 
-from twistcore.cli.arguments.argument_types import KINDS, kinds, share, tau
+from twistcore.cli.arguments.argument_types import (
+    KINDS,
+    parse_error_kinds,
+    parse_fraction,
+    parse_tau,
+)
 from twistcore.cli.arguments.common_arguments import add_fps
 from twistcore.detection.registry import DEFAULT_METHOD, DETECTORS
 
@@ -70,7 +75,7 @@ def add_detector_file(parser: argparse._ActionsContainer) -> None:
 
 
 def add_detection(
-    parser: argparse._ActionsContainer, tau_type: Callable[[str], float | None] = tau
+    parser: argparse._ActionsContainer, tau_type: Callable[[str], float | None] = parse_tau
 ) -> None:
     """Add the options for detection. `tau_type` converts the value of --tau."""
     add_method(parser)
@@ -90,7 +95,7 @@ def add_detection(
     )
     parser.add_argument(
         "--kinds",
-        type=kinds,
+        type=parse_error_kinds,
         metavar="LIST",
         help=f"comma-separated kinds of errors to look for: {', '.join(KINDS)} (default: all)",
     )
@@ -102,7 +107,7 @@ def add_correction(parser: argparse.ArgumentParser) -> None:
     """Add the options that choose the intervals to correct."""
     parser.add_argument(
         "--min-confidence",
-        type=share,
+        type=parse_fraction,
         metavar="X",
         help="minimum confidence of intervals to correct, 0 to 1 (default: 0.5); intervals "
         "without a confidence are corrected by default, but not if a number above 0 is given",

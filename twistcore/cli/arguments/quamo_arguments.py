@@ -8,11 +8,11 @@ from functools import partial
 from pathlib import Path
 
 from twistcore.cli.arguments.argument_types import (
-    count,
-    folder,
-    not_negative,
-    number,
-    positive,
+    parse_count,
+    parse_finite_number,
+    parse_non_negative_number,
+    parse_output_folder,
+    parse_positive_number,
 )
 from twistcore.cli.arguments.command_help import COMMANDS
 from twistcore.cli.arguments.common_arguments import (
@@ -22,7 +22,7 @@ from twistcore.cli.arguments.common_arguments import (
     add_json,
     add_output,
     add_seed,
-    deferred,
+    deferred_command,
 )
 
 
@@ -52,7 +52,7 @@ def _refine(refine: argparse.ArgumentParser) -> None:
     )
     refine.add_argument(
         "--cutoff",
-        type=positive,
+        type=parse_positive_number,
         metavar="HZ",
         help="cut-off frequency, at which the spline halves the amplitude (default: 4 to 6, "
         "depending on the frame rate; 2.5 in bursts of noise)",
@@ -89,7 +89,7 @@ def _refine(refine: argparse.ArgumentParser) -> None:
     for name, what in (("--kp", "κP, 1/s²"), ("--kd", "κD, 1/s"), ("--ka", "κA at 25 Hz, rad/s²")):
         refine.add_argument(
             name,
-            type=number,
+            type=parse_finite_number,
             metavar="X",
             help=f"gain {what}, set by hand (default: depends on the frame rate and the direction)",
         )
@@ -111,13 +111,13 @@ def _refine(refine: argparse.ArgumentParser) -> None:
         metavar="ID",
         help="person to read from a pose file (default: the only one)",
     )
-    refine.set_defaults(run=deferred("quamo_commands", "quamo_refine_command"))
+    refine.set_defaults(run=deferred_command("quamo_commands", "quamo_refine_command"))
 
 
 def _add_unit(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--unit",
-        type=positive,
+        type=parse_positive_number,
         metavar="METRES",
         help="length of one unit of the clip (default: CMU's, if the skeleton is like CMU's)",
     )
@@ -137,7 +137,7 @@ def _noise(noise: argparse.ArgumentParser) -> None:
     )
     noise.add_argument(
         "--bursts",
-        type=not_negative,
+        type=parse_non_negative_number,
         default=0.0,
         metavar="X",
         help="bursts of noise per minute (default: %(default)g)",
@@ -145,7 +145,7 @@ def _noise(noise: argparse.ArgumentParser) -> None:
     add_seed(noise, 0, "seed of the random numbers")
     _add_unit(noise)
     add_json(noise)
-    noise.set_defaults(run=deferred("quamo_study_commands", "quamo_noise_command"))
+    noise.set_defaults(run=deferred_command("quamo_study_commands", "quamo_noise_command"))
 
 
 def _study(study: argparse.ArgumentParser, *, name: str) -> None:
@@ -161,21 +161,21 @@ def _study(study: argparse.ArgumentParser, *, name: str) -> None:
     )
     study.add_argument(
         "--seeds",
-        type=count,
+        type=parse_count,
         default=3,
         metavar="N",
         help="number of noise draws to average (default: %(default)s)",
     )
     add_seed(study, 0)
     add_json(study)
-    study.set_defaults(run=deferred("quamo_study_commands", f"quamo_{name}_command"))
+    study.set_defaults(run=deferred_command("quamo_study_commands", f"quamo_{name}_command"))
 
 
 def _train(train: argparse.ArgumentParser) -> None:
     train.add_argument(
         "folder", type=Path, metavar="FOLDER", help="folder of CMU clips, named like 05_02.bvh"
     )
-    add_output(train, "folder for the weights and checkpoints", folder, "DIR")
+    add_output(train, "folder for the weights and checkpoints", parse_output_folder, "DIR")
     train.add_argument(
         "--hold-out",
         nargs="+",
@@ -190,16 +190,16 @@ def _train(train: argparse.ArgumentParser) -> None:
         help="variant of the method (default: %(default)s)",
     )
     train.add_argument(
-        "--epochs", type=count, metavar="N", help="passes over the clips (default: 60)"
+        "--epochs", type=parse_count, metavar="N", help="passes over the clips (default: 60)"
     )
     train.add_argument(
-        "--width", type=count, metavar="N", help="units in each hidden layer (default: 128)"
+        "--width", type=parse_count, metavar="N", help="units in each hidden layer (default: 128)"
     )
     add_seed(train, 0, "seed of the random numbers")
     train.add_argument(
         "--compile", action="store_true", help="compile the training step (requires a C++ compiler)"
     )
-    train.set_defaults(run=deferred("quamo_study_commands", "quamo_train_command"))
+    train.set_defaults(run=deferred_command("quamo_study_commands", "quamo_train_command"))
 
 
 _COMMANDS: Mapping[str, Callable[[argparse.ArgumentParser], None]] = {

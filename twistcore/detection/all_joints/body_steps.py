@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.detection.bends import bend_steps
-from twistcore.detection.cuts import leading_frames, trailing_frames
-from twistcore.detection.runs import runs
+from twistcore.detection.cuts import count_leading_rest_frames, count_trailing_rest_frames
+from twistcore.detection.runs import runs_of_true
 from twistcore.skeleton.medians import median, medians
 from twistcore.skeleton.motion import Motion, cache_per_object
-from twistcore.skeleton.notation import linear_keys, without_held
+from twistcore.skeleton.notation import linear_keys, without_repeated_frames
 from twistcore.skeleton.people import Person, find_people
 from twistcore.skeleton.rotation import Array, vector_lengths
 from twistcore.work.frozen import dataclass
@@ -86,7 +86,7 @@ def body_steps(motion: Motion) -> tuple[BodyStep, ...]:
     nearby. Steps at both ends of a clip are omitted, because a clip may begin in another pose or
     blend into one.
     """
-    kept = without_held(motion)
+    kept = without_repeated_frames(motion)
     if kept is None and (keys := linear_keys(motion)) is not None:
         kept = keys.alone(motion)  # at a key every joint changes its pace
     if kept is not None:
@@ -94,8 +94,8 @@ def body_steps(motion: Motion) -> tuple[BodyStep, ...]:
             replace(b, start=kept.begin(b.start), stop=kept.end(b.stop - 1) + 1)
             for b in body_steps(kept.motion)
         )
-    first = leading_frames(motion) + _EDGE
-    last = motion.frames - trailing_frames(motion) - _EDGE
+    first = count_leading_rest_frames(motion) + _EDGE
+    last = motion.frames - count_trailing_rest_frames(motion) - _EDGE
     if last - first < _EDGE:
         return ()
     every = _steps(motion.rotations)
@@ -136,7 +136,7 @@ def _of_person(
     stepping = np.zeros(motion.frames, dtype=bool)
     stepping[suspected[many]] = True
     by_frame = dict(zip(suspected.tolist(), range(len(suspected)), strict=True))
-    for start, stop in runs(stepping):
+    for start, stop in runs_of_true(stepping):
         rows = [by_frame[t] for t in range(start, stop)]
         share = max(float(over[k].mean()) for k in rows)
         turns = max(median(step[suspected[k]][over[k]]) for k in rows)
@@ -184,7 +184,7 @@ def _steps_at(step: Array, off: Array, frames: NDArray[np.intp], most: Array) ->
     )
 
 
-def body_curve(
+def body_step_curve(
     motion: Motion, joints: Sequence[int], start: int, stop: int
 ) -> tuple[Array, Array] | None:
     """Return the median rotation of the joints that step in frames [start, stop), and its limit.
@@ -273,13 +273,13 @@ def place_steps(motion: Motion, counted: Mask) -> list[PlaceStep]:
         ]
         mask = np.zeros(frames, dtype=bool)
         mask[jumps] = True
-        for start, stop in runs(mask | np.roll(mask, 1) & np.roll(mask, -1)):
+        for start, stop in runs_of_true(mask | np.roll(mask, 1) & np.roll(mask, -1)):
             way = float(off[start:stop, k].max()) / height
             found.append(PlaceStep(joint, start, stop, way))
     return sorted(found, key=lambda p: (p.start, p.joint))
 
 
-def place_curve(motion: Motion, joint: int, frame: int) -> tuple[Array, float] | None:
+def distance_from_path_curve(motion: Motion, joint: int, frame: int) -> tuple[Array, float] | None:
     """Return the distance of a joint from its path, (frames,), and the minimum jump in a frame.
 
     Both are fractions of the skeleton's height. The second is the smallest distance in frame

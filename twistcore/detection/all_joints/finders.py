@@ -18,9 +18,9 @@ from twistcore.detection.all_joints.body_steps import body_steps, place_steps
 from twistcore.detection.all_joints.joint_steps import (
     JointStep,
     StepLimits,
-    degrees_off,
+    block_margin_frames,
+    joint_step_degrees,
     jumps,
-    margin,
     spikes,
 )
 from twistcore.detection.cuts import find_cuts
@@ -29,7 +29,7 @@ from twistcore.detection.interval import Interval, Kind, open_interval
 from twistcore.detection.noise_bursts import noise_bursts
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion, Skeleton
-from twistcore.skeleton.notation import DistinctFrames, without_held
+from twistcore.skeleton.notation import DistinctFrames, without_repeated_frames
 from twistcore.skeleton.people import find_people
 from twistcore.skeleton.rotation import Array, vector_lengths
 
@@ -55,7 +55,7 @@ def find_joint_jumps(search: KindSearch) -> Found:
 def find_place_jumps(search: KindSearch) -> Found:
     """Return the jumps in position of roots and other joints, keyed by chain name."""
     motion = search.motion
-    if (held := without_held(motion)) is not None:
+    if (held := without_repeated_frames(motion)) is not None:
         motion = held.motion
     owner, names = _owners(search), motion.skeleton.names
     found: dict[str, list[Interval]] = {}
@@ -98,7 +98,7 @@ class _JointSteps:
 
 def _joint_steps(search: KindSearch) -> _JointSteps:
     """Return the spikes and jumps of all joints that are not explained by a different error."""
-    motion, held = search.motion, without_held(search.motion)
+    motion, held = search.motion, without_repeated_frames(search.motion)
     if motion.frames < 4 * _BESIDE or not search.chains:
         return _JointSteps((), ())
     shown = motion if held is None else held.motion
@@ -139,7 +139,7 @@ def _in_blocks(motion: Motion, limits: StepLimits) -> tuple[list[JointStep], lis
     calm = ~cut
     for k in range(1, limits.longest + 1):  # no cut within a spike
         calm[:-k] &= ~cut[k:]
-    around, step = margin(limits), max(256, _NUMBERS // max(len(motion.skeleton), 1))
+    around, step = block_margin_frames(limits), max(256, _NUMBERS // max(len(motion.skeleton), 1))
     found: tuple[list[JointStep], list[JointStep]] = [], []
     for low in range(0, motion.frames, step):
         high = min(low + step, motion.frames)
@@ -260,7 +260,7 @@ class _Others:
         first, stop = step.start - 1, step.stop + 1
         as_is, corrected = (
             sum(
-                degrees_off(
+                joint_step_degrees(
                     rotations, replace(step, joint=joint, start=1, stop=stop - first - 1), jump=jump
                 )
                 for joint in turned
@@ -283,7 +283,7 @@ def _by_chain(search: KindSearch, kind: Kind, steps: Sequence[JointStep]) -> Fou
             "joint": skeleton.names[step.joint],
             "angle_deg": step.degrees,
             "times_usual": step.degrees / step.usual,
-            "reach": reach(skeleton, step.joint),
+            "reach": farthest_descendant_distance(skeleton, step.joint),
         }
         angle = math.radians(step.degrees)
         one = open_interval(kind, chain.name, step.start, step.stop, angle, evidence)
@@ -310,11 +310,11 @@ def _frames_in_clip(start: int, stop: int, held: DistinctFrames | None) -> tuple
 
 def _owners(search: KindSearch) -> dict[int, Chain]:
     if search.whole:
-        return owners(search.motion.skeleton, search.chains)
+        return nearest_chain_by_joint(search.motion.skeleton, search.chains)
     return lone_jumps.chain_of_joint(search.chains)
 
 
-def owners(skeleton: Skeleton, chains: Sequence[Chain]) -> dict[int, Chain]:
+def nearest_chain_by_joint(skeleton: Skeleton, chains: Sequence[Chain]) -> dict[int, Chain]:
     """Return the chain under which each joint is listed, keyed by joint.
 
     A joint outside all chains is listed under the nearest chain of the same person. Joints that are
@@ -360,7 +360,7 @@ def toes_and_fingers(skeleton: Skeleton, chains: Sequence[Chain]) -> set[int]:
     return small
 
 
-def reach(skeleton: Skeleton, joint: int) -> float:
+def farthest_descendant_distance(skeleton: Skeleton, joint: int) -> float:
     """Return the distance from a joint to the farthest joint or End Site below it.
 
     The distance is measured in the rest pose, as a fraction of the skeleton's height.

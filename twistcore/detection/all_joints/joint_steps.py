@@ -103,7 +103,7 @@ class StepLimits:
         return StepLimits(spike, jump, longest, max(_FLOOR, 2.0 * angle_step))
 
 
-def margin(limits: StepLimits) -> int:
+def block_margin_frames(limits: StepLimits) -> int:
     """Return the number of additional frames on each side that are needed to examine a block."""
     return _REACH + limits.longest + 2
 
@@ -138,7 +138,7 @@ def spikes(rotations: Array, parents: Index, counted: Mask, limits: StepLimits) 
     return _without_overlaps(found)
 
 
-def degrees_off(rotations: Array, step: JointStep, *, jump: bool = False) -> float:
+def joint_step_degrees(rotations: Array, step: JointStep, *, jump: bool = False) -> float:
     """Return the angle of a spike or jump, measured in the given rotations, in degrees.
 
     Parameters
@@ -244,7 +244,7 @@ def _least_jump(near: Array, usual: Array) -> Array:
     return np.asarray(np.maximum(_TIMES * usual, _CALM * near.max(axis=0)))
 
 
-def path_curve(
+def angle_from_path_curve(
     rotations: Array, joint: int, start: int, stop: int, limits: StepLimits
 ) -> tuple[Array, float]:
     """Return a joint's angle from its path, (frames,), and the minimum angle that is a spike.
@@ -267,7 +267,9 @@ def path_curve(
     return off, float(max(limits.spike[joint], least[0]))
 
 
-def turn_curve(rotations: Array, joint: int, start: int, limits: StepLimits) -> tuple[Array, float]:
+def rotation_step_curve(
+    rotations: Array, joint: int, start: int, limits: StepLimits
+) -> tuple[Array, float]:
     """Return the rotation of a joint since the previous frame, (frames,), and the minimum jump.
 
     Both are in degrees. The minimum jump is the smallest rotation in frame `start` that is a jump.

@@ -11,12 +11,17 @@ from typing import Any
 
 import numpy as np
 
-from twistcore.detection.consistency.confidence import confidence
+from twistcore.detection.consistency.confidence import counter_twist_confidence
 from twistcore.detection.consistency.pieces import shows_in_twist
 from twistcore.detection.counter_twist.counter_rotation import CounterRotation
 from twistcore.detection.counter_twist.edges import Edges
-from twistcore.detection.counter_twist.offsets import Course, offsets_of
-from twistcore.detection.counter_twist.pairing import Pair, PairTable, best_pairs, unpaired_jumps
+from twistcore.detection.counter_twist.offsets import Course, interval_offset_courses
+from twistcore.detection.counter_twist.pairing import (
+    Pair,
+    PairTable,
+    best_edge_pairs,
+    unpaired_jumps,
+)
 from twistcore.detection.evidence import (
     Background,
     ChainSignals,
@@ -24,8 +29,8 @@ from twistcore.detection.evidence import (
     SuspectedError,
     Terms,
     judgement_of,
-    terms_of,
-    unanswered,
+    lacks_rotation_at_edges,
+    measure_evidence,
 )
 from twistcore.detection.interval import Interval
 from twistcore.detection.prediction import Mask
@@ -164,11 +169,11 @@ class ChainAnalysis:
 
     def _solve(self, table: PairTable, tau: float) -> list[Interval]:
         """Return the intervals of one segment at threshold τ in radians, sorted by start."""
-        pairs = best_pairs(table, tau, self.fps)
+        pairs = best_edge_pairs(table, tau, self.fps)
         applied = len(pairs)
         pairs += unpaired_jumps(table, pairs, tau)
         new = [p for p in pairs if (table.low, p) not in self._known]
-        courses = offsets_of(new, table, self.limb, self.row, self.step)
+        courses = interval_offset_courses(new, table, self.limb, self.row, self.step)
         for pair, course in zip(new, courses, strict=True):
             self._known[table.low, pair] = self._interval(pair, table, course)
         known = [self._known[table.low, p] for p in pairs]
@@ -189,7 +194,7 @@ class ChainAnalysis:
             course.start,
             course.start + len(offset),
             offset,
-            confidence=confidence(
+            confidence=counter_twist_confidence(
                 gain,
                 abs(residual) / sigma,
                 margin,
@@ -276,9 +281,9 @@ class ConsistencyAnalysis:
         if id(interval) not in self._judged:
             own, motion, known = interval, False, self.witnesses[interval.chain]
             straight = (interval.evidence or {}).get("follows") == STRAIGHT
-            terms = terms_of(self._background(interval.chain), SuspectedError.of(interval))
-            if not straight or terms.noise > 0.0 or unanswered(terms):
-                own, motion = judged(interval, terms, known.segment, straight=straight)
+            terms = measure_evidence(self._background(interval.chain), SuspectedError.of(interval))
+            if not straight or terms.noise > 0.0 or lacks_rotation_at_edges(terms):
+                own, motion = judge_interval(interval, terms, known.segment, straight=straight)
             self._judged[id(interval)] = interval, own, motion and not straight
         return self._judged[id(interval)][1:]
 
@@ -298,7 +303,7 @@ class ConsistencyAnalysis:
         return self._backgrounds[chain]
 
 
-def judged(
+def judge_interval(
     interval: Interval, terms: Terms, segment: str, *, straight: bool = False
 ) -> tuple[Interval, bool]:
     """Return an interval with its confidence limited by evidence, and whether it is natural motion.
@@ -307,13 +312,13 @@ def judged(
     the interval was found as an error of a straight limb.
     """
     found = judgement_of(terms, segment, straight=straight)
-    least = tempered(min(interval.confidence or 0.0, found.probability))
+    least = halve_low_log_odds(min(interval.confidence or 0.0, found.probability))
     explain = partial(_with_judgement, interval.explain, found)
     left = interval.open or found.small
     return replace(interval, confidence=least, explain=explain, open=left), found.motion
 
 
-def tempered(probability: float) -> float:
+def halve_low_log_odds(probability: float) -> float:
     """Halve the log odds of a probability below 0.5, because the doubts about an interval overlap.
 
     In a blind test on real captures, two judges regarded a third of the intervals with a

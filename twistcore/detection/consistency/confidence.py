@@ -17,7 +17,7 @@ MOST_CLOSING, MOST_MARGIN = 6.0, 5.0  # the fit has no data beyond these values
 LENGTH_FRAMES = 30.0
 
 
-def confidence(
+def counter_twist_confidence(
     gain: float, closing: float, margin: float, frames: int, *, beyond_tau: bool
 ) -> float:
     """Return the probability that an interval is right, 0…1.

@@ -18,32 +18,38 @@ from twistcore.detection.consistency.chain_analysis import (
     FixedInterval,
     automatic_tau,
 )
-from twistcore.detection.consistency.notated import NotatedAnalysis, is_clear
-from twistcore.detection.consistency.pieces import own_twist
+from twistcore.detection.consistency.notated import NotatedAnalysis, has_overlap_priority
+from twistcore.detection.consistency.pieces import detrended_twist_increments
 from twistcore.detection.counter_twist.counter_rotation import CounterRotation, counter_rotation
 from twistcore.detection.counter_twist.edges import find_edges
-from twistcore.detection.counter_twist.pairing import pair_table, running_sums
+from twistcore.detection.counter_twist.pairing import counter_rotation_sums, edge_pair_table
 from twistcore.detection.cuts import find_cuts, segments_between
 from twistcore.detection.evidence import ChainSignals
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.noise_bursts import noise_near
 from twistcore.detection.prediction import Mask
-from twistcore.detection.runs import runs
-from twistcore.detection.soft_errors import Known, SoftError, budget_of, search, soft_interval
+from twistcore.detection.runs import runs_of_true
+from twistcore.detection.soft_errors import (
+    Known,
+    SoftError,
+    search_soft_errors,
+    soft_interval,
+    soft_search_budget,
+)
 from twistcore.detection.straight_limbs import (
     Jumps,
     StraightError,
-    interval_of,
-    straight_limb,
-    without_errors,
+    find_straight_limb_errors,
+    remove_twist_errors,
+    straight_limb_interval,
 )
-from twistcore.skeleton.chain import Chain, by_person
+from twistcore.skeleton.chain import Chain, group_chains_by_person
 from twistcore.skeleton.motion import Motion, Skeleton
-from twistcore.skeleton.notation import Keys, linear_keys, without_held
+from twistcore.skeleton.notation import Keys, linear_keys, without_repeated_frames
 from twistcore.skeleton.people import find_people
 from twistcore.skeleton.rotation import Array, conjugate, multiply, quaternion_from_axis_angle
 from twistcore.work.frozen import dataclass
-from twistcore.work.progress import Tell, nobody, part
+from twistcore.work.progress import Tell, ignore_progress, stage_progress
 
 LONG = 20_000  # frames; in longer clips, limbs are analysed one at a time
 
@@ -56,8 +62,8 @@ def analyse_chains(
     `tell` is called with the progress, from 0 to 1. `effort` limits the work of the search for soft
     errors, as a fraction of the usual limit.
     """
-    tell = tell or nobody
-    if (held := without_held(motion)) is not None:
+    tell = tell or ignore_progress
+    if (held := without_repeated_frames(motion)) is not None:
         own = [c.at(held.first) for c in chains]
         return NotatedAnalysis(held, _analysed(held.motion, own, tell, effort))
     if (keys := linear_keys(motion)) is not None:
@@ -73,11 +79,11 @@ def _by_keys(
     First, all frames are searched for jumps, and the clear errors are removed. Then only the keys
     are analysed.
     """
-    fine = _analysed(motion, chains, part(tell, 0.0, 0.5), effort, keys)
+    fine = _analysed(motion, chains, stage_progress(tell, 0.0, 0.5), effort, keys)
     rotations = motion.rotations.copy()
     for chain in chains:
         for i in fine.intervals(chain.name, fine.automatic_tau(chain.name)):
-            if is_clear(i):
+            if has_overlap_priority(i):
                 at = slice(i.start, i.stop)
                 axis = chain.axis if chain.axis.ndim == 1 else chain.axis[at]
                 turn = quaternion_from_axis_angle(axis, i.offset)
@@ -85,7 +91,7 @@ def _by_keys(
                 rotations[at, chain.child] = multiply(turn, rotations[at, chain.child])
     kept = keys.alone(motion.with_rotations(rotations))
     own = [c.at(kept.first) for c in chains]
-    coarse = _analysed(kept.motion, own, part(tell, 0.5, 1.0), effort)
+    coarse = _analysed(kept.motion, own, stage_progress(tell, 0.5, 1.0), effort)
     return NotatedAnalysis(kept, coarse, fine)
 
 
@@ -102,18 +108,18 @@ def _analysed(
     cut[:1] = True
     out: dict[str, ChainAnalysis] = {}
     searched: list[_Softened] = []
-    people = by_person(chains)
+    people = group_chains_by_person(chains)
     joints = _joints_by_person(motion.skeleton, people)
     # Analyse one person at a time, so that the result does not depend on the selection of people.
     for person, own in people.items():
         for lines in _alike(_lines(own)):
             count = sum(map(len, lines))
-            budget = effort * count / len(own) * budget_of(motion.frames, joints[person])
-            share = part(tell, len(out) / len(chains), (len(out) + count) / len(chains))
+            budget = effort * count / len(own) * soft_search_budget(motion.frames, joints[person])
+            share = stage_progress(tell, len(out) / len(chains), (len(out) + count) / len(chains))
             found = _line_analyses(lines, motion, cut, segments, keys, budget, share)
             searched.append(found)
             out |= {c.name: c for c in found.chains()}
-    pieces = {c.name: own_twist(motion, c) for c in chains if not c.ends}
+    pieces = {c.name: detrended_twist_increments(motion, c) for c in chains if not c.ends}
     noise = {
         person: noise_near(motion, {j for c in of for j in (c.parent, c.child)})
         for person, of in people.items()
@@ -196,7 +202,7 @@ class _Softened:
             judged, motion = analysis.with_evidence(own.interval)
             if motion:
                 out[k] = False
-            elif not is_clear(judged) and any(
+            elif not has_overlap_priority(judged) and any(
                 self._has_clearer_interval(analysis, c, error) for c in self.plain
             ):
                 out[k] = True
@@ -213,7 +219,7 @@ class _Softened:
             return False
         found = chain.intervals(chain.automatic_tau())
         near = (i for i in found if i.start < error.stop and error.start < i.stop)
-        return any(is_clear(analysis.with_evidence(i)[0]) for i in near)
+        return any(has_overlap_priority(analysis.with_evidence(i)[0]) for i in near)
 
 
 def _meets(count: int, known: Known, error: SoftError) -> bool:
@@ -261,11 +267,11 @@ def _line_analyses(
     straight = {}
     for row, chain in enumerate(strung if keys is None else ()):
         by_itself = partial(_by_itself, limbs, jumps, row)
-        if found := straight_limb(motion, chain, jumps[row], by_itself):
+        if found := find_straight_limb_errors(motion, chain, jumps[row], by_itself):
             straight[row] = found
     if straight:  # the error of a chain also has an effect on the signals of its neighbours
         jumps = find_jumps(
-            without_errors(limbs, {r: s.offset for r, s in straight.items()}),
+            remove_twist_errors(limbs, {r: s.offset for r, s in straight.items()}),
             fps,
             cut,
             segments,
@@ -305,7 +311,7 @@ def _by_itself(limbs: Limbs, jumps: Sequence[Jumps], row: int) -> tuple[Array, A
     images = {r: offset for r in beside if (offset := jumps[r].offset()).any()}
     if not images:
         return jumps[row].counter.x[row], jumps[row].counter.y[row]
-    x, y = without_errors(limbs, images).increments()
+    x, y = remove_twist_errors(limbs, images).increments()
     return x[row], y[row]
 
 
@@ -333,13 +339,15 @@ def _with_soft(
     }
     while True:
         turned = limbs.turned(list(short.values())) if short else limbs
-        searched = search(turned, fps, cut, known, budget)
+        searched = search_soft_errors(turned, fps, cut, known, budget)
         soft, replaced = searched.found, searched.replaced
         if short.keys().isdisjoint(replaced):
             break
         short = {k: turn for k, turn in short.items() if k not in replaced}
     chains = [
-        replace(c, left=tuple(runs(at))) if (at := searched.left[c.row % limbs.count]).any() else c
+        replace(c, left=tuple(runs_of_true(at)))
+        if (at := searched.left[c.row % limbs.count]).any()
+        else c
         for c in chains
     ]
     names = {c.row: c.name for c in chains}
@@ -350,7 +358,7 @@ def _with_soft(
 def _fixed_straight(chain: str, error: StraightError) -> FixedInterval:
     # The peak, the middle of the transition, may be outside the interval.
     peak = min(max(error.peak, error.start), error.stop - 1)
-    return FixedInterval(interval_of(chain, error), error.strength, peak)
+    return FixedInterval(straight_limb_interval(chain, error), error.strength, peak)
 
 
 def _fixed_soft(chain: str, error: SoftError) -> FixedInterval:
@@ -372,8 +380,8 @@ def find_jumps(
     for row in range(len(counter.x)):
         tell(1.0)
         edges, step = find_edges(counter, row)
-        sums = running_sums(counter, row, step)
-        tables = tuple(pair_table(edges, sums, low, high) for low, high in segments)
+        sums = counter_rotation_sums(counter, row, step)
+        tables = tuple(edge_pair_table(edges, sums, low, high) for low, high in segments)
         out.append(Jumps(counter, row, edges, step, tables, automatic_tau(counter, row), fps))
     return out
 
@@ -388,7 +396,10 @@ def _counter_rotation(limbs: Limbs, fps: float, cut: Mask, tell: Tell) -> Counte
     parts = [
         vars(
             counter_rotation(
-                limbs.only(i), fps, cut, part(tell, i / limbs.count, (i + 1.0) / limbs.count)
+                limbs.only(i),
+                fps,
+                cut,
+                stage_progress(tell, i / limbs.count, (i + 1.0) / limbs.count),
             )
         )
         for i in range(limbs.count)

@@ -12,7 +12,7 @@ import numpy as np
 
 from twistcore.detection.interval import Interval
 from twistcore.skeleton.chain import Chain
-from twistcore.skeleton.medians import extended, medians
+from twistcore.skeleton.medians import medians, pad_with_edge_values
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, twist_angle, wrap
 
@@ -20,11 +20,11 @@ _SHOWN = 0.5  # minimum share of an interval's steps that θp must contain
 _NEAR = 3  # number of frames on either side whose median is the natural pace of the twist
 
 
-def own_twist(motion: Motion, chain: Chain) -> Array:
+def detrended_twist_increments(motion: Motion, chain: Chain) -> Array:
     """Return the increments of a chain's θp minus their running median, in radians, (frames,)."""
     angle = twist_angle(motion.rotations[:, chain.parent], chain.axis)
     steps = wrap(np.diff(angle, prepend=angle[:1]))
-    padded = extended(steps, _NEAR, _NEAR)
+    padded = pad_with_edge_values(steps, _NEAR, _NEAR)
     windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * _NEAR + 1)
     return np.asarray(wrap(steps - medians(windows)))
 
@@ -32,7 +32,7 @@ def own_twist(motion: Motion, chain: Chain) -> Array:
 def shows_in_twist(twist: Array, interval: Interval) -> bool:
     """Return True if the twist θp shows at least half of the changes of an interval's offset.
 
-    `twist` is the result of :func:`own_twist`.
+    `twist` is the result of :func:`detrended_twist_increments`.
     """
     level = np.zeros(len(twist) + 1)
     level[interval.start : interval.stop] = interval.offset

@@ -37,7 +37,9 @@ _SWEEPS = 4  # sweeps of Gauss-Seidel; three chains converge to < 0.01° in thre
 _BLOCK = 1 << 16  # chains times frames in a block, so that memory does not grow with the clip
 
 
-def explain_frames(limbs: Limbs, t: Index, signals: Array, predicted: Array, sigma: Array) -> Array:
+def remove_neighbour_errors(
+    limbs: Limbs, t: Index, signals: Array, predicted: Array, sigma: Array
+) -> Array:
     """Return the twist increments of chains without the effects of errors in neighbouring chains.
 
     All arrays except `t` are in radians and have the shape (2, n, m) for x and y of n chains.

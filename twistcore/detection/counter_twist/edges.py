@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from twistcore.detection.counter_twist.counter_rotation import SIGNIFICANT, CounterRotation, combine
+from twistcore.detection.counter_twist.counter_rotation import (
+    SIGNIFICANT,
+    CounterRotation,
+    combine_residuals,
+)
 from twistcore.detection.prediction import Index, Mask
 from twistcore.detection.robust_cost import residual_cost
 from twistcore.skeleton.rotation import Array, wrap
@@ -143,7 +147,7 @@ def _readings(
     share = SUM_SHARE[bounds[:, 1] - bounds[:, 0]]
     x, y = (wrap(_sums(r[chain], bounds)) for r in (counter.rx, counter.ry))
     sigma = share * np.stack([_sums(s[chain], bounds) for s in (counter.sigma_x, counter.sigma_y)])
-    mean, apart, sigma_mean, sigma_apart = combine(np.stack([x, y]), sigma)
+    mean, apart, sigma_mean, sigma_apart = combine_residuals(np.stack([x, y]), sigma)
     differ = np.abs(apart) > DIFFERENT * sigma_apart
     natural = residual_cost(x / sigma[0]) + residual_cost(y / sigma[1])
     jumps = np.stack([mean, x, -y])

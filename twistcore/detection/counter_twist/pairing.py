@@ -159,7 +159,7 @@ class PairTable:
         return found
 
 
-def running_sums(counter: CounterRotation, chain: int, step: Mask) -> Array:
+def counter_rotation_sums(counter: CounterRotation, chain: int, step: Mask) -> Array:
     """Return the running sums of a chain's counter-rotation d and its variance σ².
 
     The rows of the result, (4, frames + 1), are the sums of d and σ² over steps and the sums of d
@@ -172,10 +172,10 @@ def running_sums(counter: CounterRotation, chain: int, step: Mask) -> Array:
     return np.concatenate([np.zeros((4, 1)), sums], axis=1)
 
 
-def pair_table(edges: Edges, sums: Array, low: int, high: int) -> PairTable:
+def edge_pair_table(edges: Edges, sums: Array, low: int, high: int) -> PairTable:
     """Return the gains of all pairs of edges in the segment [low, high).
 
-    `sums` is the result of :func:`running_sums` for the chain.
+    `sums` is the result of :func:`counter_rotation_sums` for the chain.
     """
     inside = (low < edges.start) & (edges.stop <= high) & (np.abs(edges.jump) >= SMALLEST)
     edges = edges[inside]
@@ -190,7 +190,8 @@ def pair_table(edges: Edges, sums: Array, low: int, high: int) -> PairTable:
 def _block(edges: Edges, sums: tuple[Array, Array], first: int, last: int) -> Block:
     """Return the gains of all pairs whose closing edge has an index in [first, last).
 
-    `sums` contains the values of :func:`running_sums` at the start and at the stop of each edge.
+    `sums` contains the values of :func:`counter_rotation_sums` at the start and at the stop of each
+    edge.
     """
     row, begin = slice(first, last), max(0, first - BAND)
     col = slice(begin, last)
@@ -246,7 +247,7 @@ def _closing(residual: Array, variance: Array) -> Array:
     return np.log(_CIRCLE / sigma) - residual_cost(wrap(residual) / sigma, CLOSING_CAP)
 
 
-def best_pairs(table: PairTable, tau: float, fps: float) -> list[Pair]:
+def best_edge_pairs(table: PairTable, tau: float, fps: float) -> list[Pair]:
     """Return the disjoint intervals of a segment with the highest total gain.
 
     Only edges with a jump of at least `tau` radians are used.

@@ -1,13 +1,13 @@
 """Estimate from all evidence the probability that the correction of a counter-twist is right."""
 
 from twistcore.detection.evidence.chain_signals import ChainSignals
-from twistcore.detection.evidence.judgement import Judgement, judgement_of, unanswered
+from twistcore.detection.evidence.judgement import Judgement, judgement_of, lacks_rotation_at_edges
 from twistcore.detection.evidence.terms import (
     Background,
     SuspectedError,
     Terms,
-    terms_of,
-    usual_side,
+    measure_evidence,
+    usual_bend_side,
 )
 
 __all__ = [
@@ -17,7 +17,7 @@ __all__ = [
     "SuspectedError",
     "Terms",
     "judgement_of",
-    "terms_of",
-    "unanswered",
-    "usual_side",
+    "lacks_rotation_at_edges",
+    "measure_evidence",
+    "usual_bend_side",
 ]

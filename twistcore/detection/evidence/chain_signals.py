@@ -14,7 +14,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.detection.noise_bursts import turns_of
+from twistcore.detection.noise_bursts import rotation_vector_steps
 from twistcore.detection.twist_increments import twist_increments
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
@@ -147,7 +147,7 @@ class ChainSignals:
     @cached_property
     def azimuth_turns(self) -> Array:
         """The change of the azimuth since the previous frame, in degrees, (frames,)."""
-        return np.concatenate([[0.0], wrapped(np.diff(self.azimuth))])
+        return np.concatenate([[0.0], wrap_degrees(np.diff(self.azimuth))])
 
     @property
     def unrolled(self) -> Array:
@@ -188,7 +188,7 @@ class ChainSignals:
         P is the parent and C the child. The results are rotation vectors in degrees, (high - low,
         3), and 0 in the first of these frames. A twist error does not change them.
         """
-        return turns_of(multiply(self.q_parent[low:high], self.q_child[low:high]))
+        return rotation_vector_steps(multiply(self.q_parent[low:high], self.q_child[low:high]))
 
     def beyond_pace(self, name: str, width: int) -> Array:
         """Return how much a signal changes in frames [t, t + width), compared with its usual pace.
@@ -210,15 +210,15 @@ class ChainSignals:
                 pace *= width
                 over = total[first + width :][:count] - total[first : first + count]
                 over -= pace
-                out[first : first + count] = wrapped(over)
-            keep_few(self._series, len(turns))[name, width] = out
+                out[first : first + count] = wrap_degrees(over)
+            evict_oldest_entries(self._series, len(turns))[name, width] = out
         return self._series[name, width]
 
     def _totals(self, name: str) -> tuple[Array, Array]:
         """Return a signal and its sums over the frames before each frame, (frames + 1,)."""
         if (name, 0) not in self._series:
             total = np.concatenate([[0.0], np.cumsum(getattr(self, name))])
-            keep_few(self._series, len(total))[name, 0] = total
+            evict_oldest_entries(self._series, len(total))[name, 0] = total
         return getattr(self, name), self._series[name, 0]
 
     def bent(self, width: int) -> Mask:
@@ -233,7 +233,9 @@ class ChainSignals:
         return np.asarray(np.minimum(before, after) > ALONG)
 
 
-def keep_few(made: dict[_K, _V], frames: int, fewest: int = _FEWEST_KEPT) -> dict[_K, _V]:
+def evict_oldest_entries(
+    made: dict[_K, _V], frames: int, fewest: int = _FEWEST_KEPT
+) -> dict[_K, _V]:
     """Remove the oldest entries of a cache until there is room for one more, and return the cache.
 
     `frames` is the length of the arrays in the cache, and `fewest` is the number of arrays for
@@ -244,7 +246,7 @@ def keep_few(made: dict[_K, _V], frames: int, fewest: int = _FEWEST_KEPT) -> dic
     return made
 
 
-def wrapped(degrees: Array) -> Array:
+def wrap_degrees(degrees: Array) -> Array:
     """Return angles in degrees wrapped to [−180, 180)."""
     shifted = np.asarray(degrees) + 180.0
     if not (shifted.size and shifted.min() >= 0.0 and shifted.max() < 360.0):

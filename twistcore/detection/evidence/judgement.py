@@ -124,7 +124,7 @@ def _clear(t: Terms) -> bool:
     return t.for_azimuth > _CLEAR or max(t.for_x, t.for_y) > _SILENT
 
 
-def unanswered(t: Terms) -> bool:
+def lacks_rotation_at_edges(t: Terms) -> bool:
     """Return True if the parent or the child clearly does not rotate at the edges of the error.
 
     The result is False if either of them hardly rotates in the rest of the clip, because a rotation
@@ -151,7 +151,7 @@ def judgement_of(t: Terms, segment: str = "", *, straight: bool = False) -> Judg
     vetoes = []
     if t.side_spread < _HINGE and t.off_after > t.off_before + _OFF:
         vetoes.append("off_its_hinge")
-    if straight and unanswered(t):
+    if straight and lacks_rotation_at_edges(t):
         vetoes.append("unanswered")
     if t.noise > 0.0:
         vetoes.append("noise")

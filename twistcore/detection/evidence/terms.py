@@ -20,8 +20,8 @@ from twistcore.detection.evidence.chain_signals import (
     PACE,
     ChainSignals,
     Mask,
-    keep_few,
-    wrapped,
+    evict_oldest_entries,
+    wrap_degrees,
 )
 from twistcore.detection.interval import Interval
 from twistcore.detection.robust_cost import residual_cost
@@ -149,7 +149,7 @@ class Terms:
     noise: float
 
 
-def terms_of(background: Background, error: SuspectedError) -> Terms:
+def measure_evidence(background: Background, error: SuspectedError) -> Terms:
     """Return the evidence about an error of a chain, compared with the rest of its motion."""
     return _Measured(background.without(error), error).terms()
 
@@ -170,13 +170,13 @@ class Background:
     @classmethod
     def of(cls, chain: ChainSignals, errors: Iterable[SuspectedError]) -> Background:
         """Return the background of a chain, given the signals and all errors of the chain."""
-        return cls(chain, taken_by(chain.frames, errors))
+        return cls(chain, error_frames_mask(chain.frames, errors))
 
     def without(self, error: SuspectedError) -> Background:
         """Return the background without the frames of an additional error."""
         if self.taken[error.start : error.stop].all():
             return self
-        return Background(self.chain, self.taken | taken_by(self.chain.frames, [error]))
+        return Background(self.chain, self.taken | error_frames_mask(self.chain.frames, [error]))
 
     @cached_property
     def busy(self) -> Mask:
@@ -194,7 +194,7 @@ class Background:
     @cached_property
     def side(self) -> Side | None:
         """The side to which the child's bone usually bends, or None if it is unknown."""
-        return usual_side(self.chain, self.busy)
+        return usual_bend_side(self.chain, self.busy)
 
     @cached_property
     def spread(self) -> float:
@@ -222,7 +222,7 @@ class Background:
         """The usual change of the azimuth's pace from frame to frame, in degrees."""
         known = self.known_azimuth
         rough = np.zeros(self.chain.frames)
-        rough[1:-1] = wrapped(np.diff(self.chain.azimuth_turns[1:]))
+        rough[1:-1] = wrap_degrees(np.diff(self.chain.azimuth_turns[1:]))
         free = known & ~self.busy
         usual = rough[free] if free.sum() > 10 else rough[known]
         return robust_scale(usual, 0.02) if len(usual) > 10 else 5.0
@@ -243,13 +243,15 @@ class Background:
                 free &= chain.bent(width)
             enough = free.sum() > 5
             everywhere = robust_scale(turned[free], 0.03) if enough else math.nan
-            keep_few(self._known, chain.frames)[name, width] = _Usual(turned, free, everywhere)
+            evict_oldest_entries(self._known, chain.frames)[name, width] = _Usual(
+                turned, free, everywhere
+            )
         return self._known[name, width]
 
     def against(self, width: int) -> _Against:
         """Return the opposite rotations of parent and child over `width` frames, outside errors."""
         if width not in self._against:
-            c, reach = self.chain, reach_at(self.chain.fps)
+            c, reach = self.chain, edge_neighbourhood_frames(self.chain.fps)
             around = 2 * (width // 2 + reach) + width
 
             def beyond(turns: Array) -> Array:
@@ -266,7 +268,7 @@ class Background:
             count = int(free.sum())
             natural = quantile(against[free], 0.99) if count else 0.0
             made = _Against(np.where(free, against, -1.0), count, natural)
-            keep_few(self._against, c.frames)[width] = made
+            evict_oldest_entries(self._against, c.frames)[width] = made
         return self._against[width]
 
 
@@ -309,7 +311,7 @@ class _Against:
     natural: float
 
 
-def reach_at(fps: float) -> int:
+def edge_neighbourhood_frames(fps: float) -> int:
     """Return the number of frames on either side of an edge that are considered near it."""
     return max(4, round(_BESIDE * fps))
 
@@ -418,8 +420,8 @@ class _Measured:
             sigma = max(robust_scale(np.diff(turns), 0.03) * math.sqrt(edge.width), 0.3)
         if name == "azimuth_turns":
             sigma = math.hypot(sigma, _BONE / max(self._bend_at(edge), 0.01))
-        turn = float(wrapped(self._turn(turns, edge)))
-        rest = float(wrapped(np.array(turn - expected)))
+        turn = float(wrap_degrees(self._turn(turns, edge)))
+        rest = float(wrap_degrees(np.array(turn - expected)))
         cost = residual_cost(np.array([turn, rest]) / sigma)
         return float(cost[0] - cost[1])
 
@@ -449,7 +451,7 @@ class _Measured:
         low = int(at[0])
         turns = c.azimuth_turns[low : int(at[-1]) + 2]
         steps = self._steps(low, low + len(turns))
-        now, then = (wrapped(np.diff(t))[at - low] for t in (turns, turns + steps))
+        now, then = (wrap_degrees(np.diff(t))[at - low] for t in (turns, turns + steps))
         both = np.minimum(c.both_frames[at], c.both_frames[at + 1])
         sigma = math.hypot(self.background.roughness, 0.05) / np.maximum(both, ALONG)
         return float((residual_cost(then / sigma) - residual_cost(now / sigma)).sum())
@@ -466,7 +468,7 @@ class _Measured:
             return unknown
         at = self.error.start + full
         off, sine = usual.off[at], self.chain.sine[at]
-        fixed = wrapped(off + self.error.offset[full])
+        fixed = wrap_degrees(off + self.error.offset[full])
         known, least = (sine > _STRAIGHT, 0.0) if usual.exact else (sine > ALONG, 0.3)
         sigma = np.hypot(max(self.background.spread, 0.5), _BONE / np.maximum(sine, 0.01))
         gain = residual_cost(off / sigma) - residual_cost(fixed / sigma)
@@ -509,7 +511,7 @@ class Side:
     exact: bool = False
 
 
-def usual_side(chain: ChainSignals, busy: Mask) -> Side | None:
+def usual_bend_side(chain: ChainSignals, busy: Mask) -> Side | None:
     """Return the side to which the child's bone usually bends, or None if it is unknown.
 
     `chain` contains the signals of the chain, and `busy` is the mask of the frames to exclude,
@@ -519,14 +521,14 @@ def usual_side(chain: ChainSignals, busy: Mask) -> Side | None:
         return None
     weight, there = chain.sine**2, ~busy & (chain.sine > _STRAIGHT)
     if there.sum() >= _ENOUGH:
-        off = wrapped(chain.azimuth - _middle(chain.azimuth[there], weight[there]))
+        off = wrap_degrees(chain.azimuth - _middle(chain.azimuth[there], weight[there]))
         if (furthest := quantile(np.abs(off[there]), 0.95)) < _EXACT:
             return Side(off, furthest, exact=True)
     there = ~busy & (chain.sine > ALONG)
     if (weight * there).sum() < 3.0:
         return None
-    off = wrapped(chain.azimuth - _middle(chain.azimuth[there], weight[there]))
-    off = wrapped(off - _weighted_quantile(off[there], weight[there], 0.5))
+    off = wrap_degrees(chain.azimuth - _middle(chain.azimuth[there], weight[there]))
+    off = wrap_degrees(off - _weighted_quantile(off[there], weight[there], 0.5))
     return Side(off, _weighted_quantile(np.abs(off[there]), weight[there], 0.95))
 
 
@@ -549,7 +551,7 @@ def _weighted_quantile(values: Array, weights: Array, share: float) -> float:
     return float(values[order][np.searchsorted(total, share * total[-1])])
 
 
-def taken_by(frames: int, errors: Iterable[SuspectedError]) -> Mask:
+def error_frames_mask(frames: int, errors: Iterable[SuspectedError]) -> Mask:
     """Return a mask of the frames that belong to any of the errors, (frames,)."""
     taken = np.zeros(frames, dtype=bool)
     for error in errors:

@@ -102,7 +102,7 @@ class _Arc:
     run: Run | None = None
 
 
-def explain(
+def explain_limb_jumps(
     jumps: Sequence[Jump], angle: Array, height: Array, capture: Mask, fps: float
 ) -> list[Run]:
     """Return the runs of flipped frames that explain the jumps of a limb best, sorted by start.
@@ -159,10 +159,10 @@ def why_unexplained(
     capture: Mask,
     fps: float,
 ) -> Unexplained:
-    """Return the costs that show why :func:`explain` left a jump unexplained.
+    """Return the costs that show why :func:`explain_limb_jumps` left a jump unexplained.
 
-    `jump` is the jump and `runs` is the result of :func:`explain`. The other parameters have the
-    same meaning as in :func:`explain`.
+    `jump` is the jump and `runs` is the result of :func:`explain_limb_jumps`. The other parameters
+    have the same meaning as in :func:`explain_limb_jumps`.
     """
     best = Unexplained(_price_left(jump))
     possible = _possible_runs(jumps, fps)

@@ -12,20 +12,25 @@ import numpy as np
 
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.interval import Interval, Kind
-from twistcore.detection.limb_flips.explanation import Run, Unexplained, explain, why_unexplained
+from twistcore.detection.limb_flips.explanation import (
+    Run,
+    Unexplained,
+    explain_limb_jumps,
+    why_unexplained,
+)
 from twistcore.detection.limb_flips.jumps import (
     SHARP,
     Jump,
-    departure,
     median_around,
-    natural_departures,
+    natural_departure_scale,
+    rotation_departures,
     sharp_jumps,
     soft_jumps,
 )
 from twistcore.detection.limb_flips.swivel import Swivel, swivel_of
 from twistcore.detection.noise_bursts import noise_near
 from twistcore.detection.prediction import Index, Mask
-from twistcore.skeleton.chain import by_person
+from twistcore.skeleton.chain import group_chains_by_person
 from twistcore.skeleton.limb import Limb, joint_path
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import (
@@ -38,7 +43,7 @@ from twistcore.skeleton.rotation import (
     wrap,
 )
 from twistcore.work.frozen import dataclass
-from twistcore.work.progress import Tell, nobody
+from twistcore.work.progress import Tell, ignore_progress
 
 TAU = float(np.radians(55.0))  # natural departures in 40 CMU clips at 120 Hz reach 51°
 SURE = 1.5  # minimum log odds of a flip that is corrected automatically
@@ -88,7 +93,7 @@ class LimbFlips:
 
     def scale_at(self, frames: Index) -> Array:
         """Return the natural magnitude of `departures` near given frames, in radians, (n,)."""
-        return natural_departures(self.departures, self.swivel.height, self.fps, frames)
+        return natural_departure_scale(self.departures, self.swivel.height, self.fps, frames)
 
     def steps_at(self, frames: Index) -> Array:
         """Return how far the limb's end moves in given frames, minus its usual movement, (n,).
@@ -117,7 +122,7 @@ class LimbFlips:
         passing = sum(j.leads for j in jumps)  # the number of jumps of at least τ identifies them
         if passing not in self._solved:
             s = self.swivel
-            runs = explain(jumps, s.angle, s.height, self.capture, self.fps)
+            runs = explain_limb_jumps(jumps, s.angle, s.height, self.capture, self.fps)
             self._solved[passing] = runs, tuple(self._interval(run) for run in runs)
         return self._solved[passing]
 
@@ -130,7 +135,7 @@ class LimbFlips:
         found = []
         if self.noisy[max(run.start - 1, 0) : run.stop + 1].any():
             found.append("there is a burst of noise")
-        now, then = child_path(self.swivel, run.start, run.offset)
+        now, then = measure_middle_joint_path(self.swivel, run.start, run.offset)
         if then[0] >= now[0]:
             found.append(f"the {self.limb.middle_word} would travel a longer path")
         elif then[1] >= now[1]:
@@ -143,7 +148,7 @@ class LimbFlips:
         `offset` contains the angle of the flip in each frame, in radians, (frames,).
         """
         turns = wrap(self.swivel.jump - np.diff(offset, prepend=offset[:1]))
-        return np.where(self.capture, departure(np.where(self.capture, turns, 0.0)), 0.0)
+        return np.where(self.capture, rotation_departures(np.where(self.capture, turns, 0.0)), 0.0)
 
     def end_carried(self, start: int, offset: Array) -> bool:
         """Return True if the limb's end joint rotated with the limb in a flip.
@@ -169,7 +174,7 @@ class LimbFlips:
         )
 
 
-def child_path(swivel: Swivel, start: int, offset: Array) -> tuple[Array, Array]:
+def measure_middle_joint_path(swivel: Swivel, start: int, offset: Array) -> tuple[Array, Array]:
     """Measure the path of a limb's middle joint near a flip, as captured and without the flip.
 
     `start` is the first frame of the flip, and `offset` contains its angles in radians. Each result
@@ -217,7 +222,9 @@ def _explained(limb: LimbFlips, run: Run) -> dict[str, Any]:
     """
     swivel = limb.swivel
     edges = (run.first, *run.followed, run.last)
-    (length, roughness), (after, rough_after) = child_path(swivel, run.start, run.offset)
+    (length, roughness), (after, rough_after) = measure_middle_joint_path(
+        swivel, run.start, run.offset
+    )
     return {
         "edges": [_edge(j) for j in edges],
         "closing_residual_deg": math.degrees(run.residual),
@@ -275,18 +282,18 @@ def analyse_limbs(
 
     `tell` is called with the progress, from 0 to 1.
     """
-    tell = tell or nobody
+    tell = tell or ignore_progress
     border = find_cuts(motion)
     swivels = []
     for k, limb in enumerate(limbs):
         tell(k / len(limbs))
         swivels.append(swivel_of(motion, limb))
     if len(limbs) >= SEVERAL:
-        jumping = [np.abs(departure(s.jump)) >= TAU for s in swivels]
+        jumping = [np.abs(rotation_departures(s.jump)) >= TAU for s in swivels]
         border |= np.mean(jumping, axis=0) > TOGETHER
     noisy = {
         person: noise_near(motion, (j for b in of for j in _joints(motion, b))) > 0.0
-        for person, of in by_person(limbs).items()
+        for person, of in group_chains_by_person(limbs).items()
     }
     return LimbFlipAnalysis(
         {
@@ -302,6 +309,6 @@ def _joints(motion: Motion, limb: Limb) -> tuple[int, ...]:
 
 def _of_limb(limb: Limb, swivel: Swivel, border: Mask, noisy: Mask, fps: float) -> LimbFlips:
     turns = np.where(border, 0.0, swivel.jump)
-    departures = np.where(border, 0.0, departure(turns))
+    departures = np.where(border, 0.0, rotation_departures(turns))
     soft = soft_jumps(turns, np.abs(departures) >= SHARP, fps)
     return LimbFlips(limb, fps, swivel, departures, ~border, noisy, tuple(soft))

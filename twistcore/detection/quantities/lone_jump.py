@@ -8,7 +8,7 @@ import numpy as np
 
 from twistcore.detection.finding import KindSearch
 from twistcore.detection.interval import Interval
-from twistcore.detection.lone_jumps import largest_natural_turn, turns_in_world
+from twistcore.detection.lone_jumps import largest_natural_turn, turns_about_own_axis
 from twistcore.detection.quantity import OwnFrames, Quantity
 
 
@@ -21,7 +21,7 @@ def turn_about_axis(search: KindSearch, interval: Interval) -> Quantity:
     most = math.copysign(math.degrees(largest_natural_turn(own.motion.fps)), interval.residual)
     return Quantity(
         f"Roll of {interval.joint} per frame",
-        own.examined(np.degrees(turns_in_world(own.motion, joint)), interval),
+        own.examined(np.degrees(turns_about_own_axis(own.motion, joint)), interval),
         own.level(most),
         math.degrees(interval.size),
     )

@@ -9,7 +9,7 @@ import numpy as np
 from twistcore.detection.finding import KindSearch
 from twistcore.detection.interval import Interval
 from twistcore.detection.quantity import Quantity
-from twistcore.detection.stretches import OFF, roll_off
+from twistcore.detection.stretches import OFF, roll_deviation
 from twistcore.skeleton.rotation import wrap
 
 
@@ -20,7 +20,7 @@ def roll_from_usual(search: KindSearch, interval: Interval) -> Quantity | None:
     the curve is the smallest difference that is reported. The result is None if both rolls are
     unknown.
     """
-    off = roll_off(search, search.joint_of(interval), (interval.start, interval.stop))
+    off = roll_deviation(search, search.joint_of(interval), (interval.start, interval.stop))
     if off is None:
         return None
     # Wrap about an angle midway between the usual roll and the roll in the stretch.

@@ -3,17 +3,17 @@
 from twistcore.detection.soft_errors.soft_error import SoftError
 from twistcore.detection.soft_errors.soft_intervals import (
     Known,
-    budget_of,
-    search,
+    search_soft_errors,
     soft_interval,
-    unsearched_sentences,
+    soft_search_budget,
+    unsearched_frames_sentences,
 )
 
 __all__ = [
     "Known",
     "SoftError",
-    "budget_of",
-    "search",
+    "search_soft_errors",
     "soft_interval",
-    "unsearched_sentences",
+    "soft_search_budget",
+    "unsearched_frames_sentences",
 ]

@@ -110,7 +110,7 @@ class SpanGrid:
         return frames[..., None] + begin, np.array(weights).T
 
 
-def spans(fps: float, frames: int) -> tuple[SpanGrid, ...]:
+def span_grids(fps: float, frames: int) -> tuple[SpanGrid, ...]:
     """Return the spans of each length that fits at least twice into a clip of `frames` frames."""
     reach = max(1, round(SLOPE_SECONDS * fps))
     lengths = sorted({max(SHORTEST, round(seconds * fps)) for seconds in SPANS})
@@ -133,7 +133,7 @@ def bridge_weights(at: float, length: int, reach: int) -> tuple[float, float, fl
     return -slope_in, 1.0 - rise + slope_in, rise + slope_out, -slope_out
 
 
-def bridges(level: Array, ranges: Index, inner: slice, reach: int) -> Array:
+def natural_level_bridges(level: Array, ranges: Index, inner: slice, reach: int) -> Array:
     """Return the natural courses of levels (running sums) over one frame range each.
 
     Each course is the Hermite cubic through the level one frame before and one frame after the

@@ -33,7 +33,7 @@ ROUNDED = 0.29  # σ of a level due to rounding, in rounding steps of the angles
 CAP = 14.0  # nats: the cost of all large departures, which are equally unlikely
 
 
-def cost(z: Values, cap: float = CAP) -> Values:
+def departure_cost(z: Values, cap: float = CAP) -> Values:
     """Return the costs in nats of departures of `z` σ from the natural course, at most `cap`.
 
     The cost is the negative log-likelihood of u, given x + y, relative to a departure of 0.
@@ -116,7 +116,7 @@ def natural_scales(
         enough = clean.sum(axis=1) >= np.maximum(FEWEST, FEWEST_SHARE * many)
         total = dx + dy
         middle = len(dx) // 2
-        beta = fitted_share(dx[middle], total[middle], clean)
+        beta = fitted_increment_share(dx[middle], total[middle], clean)
         half = max(LOCAL_SECONDS * fps, 1.5 * span.length)
         window = max(1, round(half / span.step))
         sigma = _scales(dx - beta[:, None] * total, clean, window)
@@ -145,7 +145,7 @@ def natural_scales(
     return found
 
 
-def fitted_share(x: Array, total: Array, clean: Mask) -> Array:
+def fitted_increment_share(x: Array, total: Array, clean: Mask) -> Array:
     """Return for each chain the β in 0…1 that minimises Σ|x − β(x + y)|, (chains,).
 
     `total` contains x + y, and `clean` is the mask of the positions to use. They and `x` have the
@@ -205,7 +205,7 @@ def unlikely_increments(x: Array, y: Array, fps: float, step: float = 0.0) -> Ma
     least = max(0.5 * FLOOR, math.sqrt(2.0) * ROUNDED * step)
     everywhere = np.ones(x.shape, dtype=bool)
     total = x + y
-    u = x - fitted_share(x, total, everywhere)[:, None] * total
+    u = x - fitted_increment_share(x, total, everywhere)[:, None] * total
     size, half = np.abs(u), round(LOCAL_SECONDS * fps)
     quiet = QUIET * quantiles(size, QUIET_SHARE)[:, None]
     sigma = np.maximum(quiet, least)

@@ -72,7 +72,7 @@ class SoftError:
         return replace(self, start=self.start + first, offset=self.offset[first:last])
 
 
-def marked_if_unsure(
+def mark_error_if_unsure(
     error: SoftError, x: Array, y: Array, cut: NDArray[np.bool_], side: int = 0, *, last: bool
 ) -> SoftError:
     """Return a soft error, marked as unsure if it should not be corrected.

@@ -16,13 +16,18 @@ from twistcore.detection.prediction import Mask
 from twistcore.detection.soft_errors.natural_scale import unlikely_increments
 from twistcore.detection.soft_errors.silent_joints import (
     STANDS,
-    error_runs,
-    silent_errors,
-    silent_level,
-    silent_sides,
+    remove_silent_joint_errors,
+    silent_joint_by_chain,
+    silent_joint_error_runs,
+    silent_joint_twist_error,
 )
-from twistcore.detection.soft_errors.soft_error import SoftError, marked_if_unsure
-from twistcore.detection.soft_errors.soft_search import SEED, Search, gains, search_all
+from twistcore.detection.soft_errors.soft_error import SoftError, mark_error_if_unsure
+from twistcore.detection.soft_errors.soft_search import (
+    SEED,
+    Search,
+    explain_seeds_of_limbs,
+    natural_motion_costs,
+)
 from twistcore.detection.soft_errors.surprise import Surprise
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
@@ -85,12 +90,12 @@ class Searched:
     left: Mask
 
 
-def budget_of(frames: int, joints: int) -> float:
+def soft_search_budget(frames: int, joints: int) -> float:
     """Return the work allowed for all searches in a clip, in the units of `Surprise.work`."""
     return BUDGET * joints * max(frames, LEAST_FRAMES)
 
 
-def search(
+def search_soft_errors(
     limbs: Limbs, fps: float, cut: Mask, known: Sequence[Known], budget: float = math.inf
 ) -> Searched:
     """Search limbs for soft errors.
@@ -121,21 +126,21 @@ def search(
     # may be the error.
     straight = {k.row % limbs.count for k in known if k.firm}
     as_captured = {
-        r: s for r, s in silent_sides(surprise).items() if r % limbs.count not in straight
+        r: s for r, s in silent_joint_by_chain(surprise).items() if r % limbs.count not in straight
     }
     for k in known:
         surprise.remove_error(k.row, k.start, k.offset)
     if known:
         _refresh(surprise)
-    sides = as_captured | silent_sides(surprise)
+    sides = as_captured | silent_joint_by_chain(surprise)
     lively = np.array([r not in sides for r in range(surprise.rows)])
     unnatural = np.zeros((surprise.rows, surprise.frames), dtype=bool)
     for row, side in sides.items():
-        level = silent_level(surprise, row, side)
+        level = silent_joint_twist_error(surprise, row, side)
         if level is None:
             unnatural[row] = True
             continue
-        for start, stop in error_runs(level, cut):
+        for start, stop in silent_joint_error_runs(level, cut):
             unnatural[row, start:stop] = True
         for k in known if row % limbs.count not in straight else ():
             # A silent joint shows errors to a tenth of a degree, so an interval must be that exact.
@@ -162,9 +167,15 @@ def search(
     found: list[SoftError] = []
     limbs_left = sorted({r % limbs.count for r in np.flatnonzero(unnatural.any(axis=1)).tolist()})
     for i in limbs_left:
-        found += silent_errors(surprise, {r: sides[r] for r in surprise.limb(i) if r in sides})
+        found += remove_silent_joint_errors(
+            surprise, {r: sides[r] for r in surprise.limb(i) if r in sides}
+        )
     # A known interval is replaced if the silent joint of its chain is now still in its frames.
-    standing = {r: v for r, s in sides.items() if (v := silent_level(surprise, r, s)) is not None}
+    standing = {
+        r: v
+        for r, s in sides.items()
+        if (v := silent_joint_twist_error(surprise, r, s)) is not None
+    }
     replaced = [
         k
         for k in doubted
@@ -178,7 +189,7 @@ def search(
         found += _better(surprise, doubted, soft)
     last = surprise.rows - limbs.count
     found = [
-        marked_if_unsure(
+        mark_error_if_unsure(
             f,
             captured[0][f.row],
             captured[1][f.row],
@@ -284,7 +295,7 @@ def _lively_errors(
         share = surprise.budget / ROUNDS
         if turn + 1 == ROUNDS:
             share = surprise.budget - surprise.work
-        search_all(list(searches.values()), surprise, share)
+        explain_seeds_of_limbs(list(searches.values()), surprise, share)
         found = [f for s in searches.values() for f in s.found]
         left[:] = False
         for i, s in searches.items():
@@ -310,7 +321,7 @@ def _unnatural(surprise: Surprise) -> Mask:
     out = np.zeros((surprise.rows, surprise.frames), dtype=bool)
     for k, a in enumerate(surprise.at):
         span = a.natural.span
-        for row, position in np.argwhere(gains(surprise, k, rows) > SEED).tolist():
+        for row, position in np.argwhere(natural_motion_costs(surprise, k, rows) > SEED).tolist():
             out[row, span.step * position : span.step * position + span.support] = True
     return out
 
@@ -325,7 +336,7 @@ def _meets(surprise: Surprise, known: Known, found: SoftError) -> bool:
     return same and known.start < found.stop and found.start < known.stop
 
 
-def unsearched_sentences(left: Mapping[str, Sequence[tuple[int, int]]]) -> tuple[str, ...]:
+def unsearched_frames_sentences(left: Mapping[str, Sequence[tuple[int, int]]]) -> tuple[str, ...]:
     """Return notes for the user about frames that were not searched for soft errors.
 
     `left` contains the frame ranges [low, high), keyed by chain name. Chains with the same ranges

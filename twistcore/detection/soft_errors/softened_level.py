@@ -56,12 +56,12 @@ class Level(NamedTuple):
     width: float
 
 
-def ramp(t: Array) -> Array:
+def linear_unit_ramp(t: Array) -> Array:
     """Return a linear transition from 0 at t = −½ to 1 at t = ½."""
     return np.asarray(np.minimum(np.maximum(t + 0.5, 0.0), 1.0))
 
 
-def filtered(t: Array) -> Array:
+def filtered_unit_step(t: Array) -> Array:
     """Return a unit step at t = 0 after a second-order Butterworth filter in both directions.
 
     `t` is in periods of the cut-off frequency. The step has a closed form, because the gain of the
@@ -77,7 +77,7 @@ def filtered(t: Array) -> Array:
     return out
 
 
-KERNELS: tuple[Kernel, ...] = (ramp, filtered)
+KERNELS: tuple[Kernel, ...] = (linear_unit_ramp, filtered_unit_step)
 
 
 def level_courses(levels: Array, kernel: Kernel, frames: int) -> Array:
@@ -92,7 +92,7 @@ def level_courses(levels: Array, kernel: Kernel, frames: int) -> Array:
     return np.asarray(size * (rises - falls))
 
 
-def guess(offset: Array) -> Level | None:
+def guess_softened_level(offset: Array) -> Level | None:
     """Return a softened level that resembles an offset, or None if the offset is 0 or short.
 
     `offset` is in radians, shape (frames,).
@@ -107,7 +107,7 @@ def guess(offset: Array) -> Level | None:
     return Level(float(offset[top]), half[0] - 0.5, half[-1] + 0.5, max(width, 2.0))
 
 
-def all_fitted(
+def fit_softened_levels(
     starts: Sequence[tuple[Level, Kernel, float]],
     frames: int,
     departures: Departures,

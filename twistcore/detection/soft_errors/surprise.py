@@ -16,13 +16,24 @@ import numpy as np
 
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.prediction import Index, Mask
-from twistcore.detection.soft_errors.departures import PROBES, Single, SpanGrid, bridges, spans
+from twistcore.detection.soft_errors.departures import (
+    PROBES,
+    Single,
+    SpanGrid,
+    natural_level_bridges,
+    span_grids,
+)
 from twistcore.detection.soft_errors.local_departures import (
     LocalDepartures,
     SpanDepartures,
     local_departures,
 )
-from twistcore.detection.soft_errors.natural_scale import NU, Natural, cost, natural_scales
+from twistcore.detection.soft_errors.natural_scale import (
+    NU,
+    Natural,
+    departure_cost,
+    natural_scales,
+)
 from twistcore.detection.twist_increments import twist_increments
 from twistcore.skeleton.rotation import (
     Array,
@@ -117,7 +128,7 @@ class Surprise:
         self.rows, self.frames = len(limbs) * limbs.count, limbs.frames
         self.x, self.y = limbs.increments()
         self.x[:, cut] = self.y[:, cut] = 0.0
-        self.spans = spans(fps, self.frames)
+        self.spans = span_grids(fps, self.frames)
         self.work = 0  # number of departures to which the search has fitted courses so far
         self.budget = budget
         self.at: list[_AtSpan] = []
@@ -220,7 +231,9 @@ class Surprise:
             here = a.usable[first:last]
             at = np.s_[:, row, first:last]
             z = a.u[at] / a.spread[at], a.total[at] / a.natural.sigma_sum[at]
-            found += self._weight(a) * float(((cost(z[0]) + cost(z[1])) * here).sum())
+            found += self._weight(a) * float(
+                ((departure_cost(z[0]) + departure_cost(z[1])) * here).sum()
+            )
         return found
 
     def local_departures(self, row: int, low: int, frames: int) -> LocalDepartures:
@@ -257,7 +270,7 @@ class Surprise:
                 part.start - start : max(part.stop - start, 0)
             ]
             u = a.u[:, row, first:last] - span.departures(level)
-            gain = cost(u / a.spread[:, row, first:last], SEED_CAP).sum(axis=0)
+            gain = departure_cost(u / a.spread[:, row, first:last], SEED_CAP).sum(axis=0)
             gain *= (np.abs(u).max(axis=0) >= SMALLEST) & a.usable[first:last]
             most = max(most, float(gain.max(initial=0.0)))
         return most
@@ -306,7 +319,7 @@ class Surprise:
         inner = slice(low - first, high - first)
         frames = np.arange(low, high)
         inside = (frames >= ranges[:, :1]) & (frames < ranges[:, 1:])
-        course = bridges(level, ranges - first, inner, reach)
+        course = natural_level_bridges(level, ranges - first, inner, reach)
         return np.where(inside, level[:, inner] - course, 0.0), sigma
 
     def scales(self, row: int, ranges: Index) -> tuple[Array, Array]:

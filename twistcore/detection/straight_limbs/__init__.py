@@ -4,10 +4,17 @@ from __future__ import annotations
 
 from twistcore.detection.straight_limbs.straight_claims import (
     Jumps,
-    straight_limb,
-    without_errors,
+    find_straight_limb_errors,
+    remove_twist_errors,
 )
-from twistcore.detection.straight_limbs.straight_intervals import STRAIGHT, interval_of
+from twistcore.detection.straight_limbs.straight_intervals import STRAIGHT, straight_limb_interval
 from twistcore.detection.straight_limbs.straight_spells import StraightError
 
-__all__ = ["STRAIGHT", "Jumps", "StraightError", "interval_of", "straight_limb", "without_errors"]
+__all__ = [
+    "STRAIGHT",
+    "Jumps",
+    "StraightError",
+    "find_straight_limb_errors",
+    "remove_twist_errors",
+    "straight_limb_interval",
+]

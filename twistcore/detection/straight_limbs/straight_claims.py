@@ -9,24 +9,27 @@ import numpy as np
 
 from twistcore.detection.counter_twist.counter_rotation import CounterRotation
 from twistcore.detection.counter_twist.edges import Edges
-from twistcore.detection.counter_twist.offsets import offsets_of
+from twistcore.detection.counter_twist.offsets import interval_offset_courses
 from twistcore.detection.counter_twist.pairing import (
     PairTable,
-    best_pairs,
-    pair_table,
-    running_sums,
+    best_edge_pairs,
+    counter_rotation_sums,
+    edge_pair_table,
 )
 from twistcore.detection.limbs import Limbs
-from twistcore.detection.straight_limbs.straight_course import error_course, scale_of
+from twistcore.detection.straight_limbs.straight_course import (
+    error_course,
+    increment_difference_scale,
+)
 from twistcore.detection.straight_limbs.straight_spells import (
     Bend,
     Mask,
     Spell,
     StraightError,
     bend_of,
-    errors_in,
-    left_over,
-    spells,
+    find_straight_ranges,
+    straight_errors_in_range,
+    unexplained_opposite_rotation,
 )
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
@@ -108,8 +111,8 @@ class Jumps:
     def without(self, peaks: Mask) -> Jumps:
         """Return a copy without edges that have a peak in the frames of a mask, (frames,)."""
         edges = self.edges[~peaks[self.edges.peak]]
-        sums = running_sums(self.counter, self.row, self.step)
-        tables = tuple(pair_table(edges, sums, table.low, table.high) for table in self.tables)
+        sums = counter_rotation_sums(self.counter, self.row, self.step)
+        tables = tuple(edge_pair_table(edges, sums, table.low, table.high) for table in self.tables)
         return replace(self, edges=edges, tables=tables)
 
     def offset(self) -> Array:
@@ -123,8 +126,8 @@ class Jumps:
         """Return the intervals that best explain the jumps, including intervals with one edge."""
         out = []
         for table in self.tables:
-            pairs = best_pairs(table, self.tau, self.fps)
-            courses = offsets_of(pairs, table, self.counter, self.row, self.step)
+            pairs = best_edge_pairs(table, self.tau, self.fps)
+            courses = interval_offset_courses(pairs, table, self.counter, self.row, self.step)
             for pair, found in zip(pairs, courses, strict=True):
                 peaks = table.edges.peak[[k for k in pair[:2] if k >= 0]].tolist()
                 out.append(_Jumping(found.start, found.offset, tuple(peaks)))
@@ -174,7 +177,7 @@ class StraightLimb:
         return jumps
 
 
-def straight_limb(
+def find_straight_limb_errors(
     motion: Motion, chain: Chain, jumps: Jumps, by_itself: Callable[[], tuple[Array, Array]]
 ) -> StraightLimb | None:
     """Return the twist errors of a straight limb that the jumps of its chain do not explain.
@@ -203,7 +206,7 @@ def straight_limb(
     if bend.azimuth is None:
         return None
     captured = jumps.counter.x[jumps.row], jumps.counter.y[jumps.row]
-    if not any(spells(captured, bend, t.low, t.high, fps) for t in tables):
+    if not any(find_straight_ranges(captured, bend, t.low, t.high, fps) for t in tables):
         return None
     increments = by_itself()
     found = jumps.found()
@@ -213,10 +216,10 @@ def straight_limb(
     errors: list[StraightError] = []
     claimed = np.zeros(motion.frames, dtype=bool)
     step = motion.angle_step
-    scales = scale_of(left[0], step), scale_of(left[1], step)
+    scales = increment_difference_scale(left[0], step), increment_difference_scale(left[1], step)
     for table in tables:
         beside = [j for j in unsaid if table.low <= j.start < table.high]
-        for spell in spells(left, bend, table.low, table.high, fps):
+        for spell in find_straight_ranges(left, bend, table.low, table.high, fps):
             if own := _error_of(left, scales, beside, bend, spell, fps):
                 errors += own
                 claimed[max(spell.start - BESIDE, 0) : spell.stop + 1 + BESIDE] = True
@@ -225,7 +228,7 @@ def straight_limb(
     return StraightLimb(tuple(errors), claimed, bend) if errors else None
 
 
-def without_errors(limbs: Limbs, offsets: Mapping[int, Array]) -> Limbs:
+def remove_twist_errors(limbs: Limbs, offsets: Mapping[int, Array]) -> Limbs:
     """Return a copy of the limbs with twist errors removed.
 
     `offsets` contains the errors in radians, shape (frames,), keyed by the row of their chain.
@@ -259,7 +262,7 @@ def _error_of(
     increments
         The twist increments of parent and child, radians, each with the shape (frames,).
     scales
-        The scales of both increments in the whole clip, from :func:`scale_of`.
+        The scales of both increments in the whole clip, from :func:`increment_difference_scale`.
     jumping
         The intervals between jumps in the segment that contains the spell.
     bend
@@ -278,10 +281,12 @@ def _error_of(
     for j in jumping:
         jumped[j.start - low : j.start - low + len(j.offset)] += j.offset
     if jumped[own].any():
-        least, left = (left_over((x, y), scales, d, here, fps) for d in (delta, jumped))
+        least, left = (
+            unexplained_opposite_rotation((x, y), scales, d, here, fps) for d in (delta, jumped)
+        )
         if left <= least + AS_LITTLE:
             return []
-    found = errors_in((x, y), delta, here, fps)
+    found = straight_errors_in_range((x, y), delta, here, fps)
     errors = [replace(e, start=e.start + low, peak=e.peak + low) for e in found]
     return [
         e

@@ -12,7 +12,7 @@ from twistcore.detection.straight_limbs.straight_spells import StraightError
 STRAIGHT = "a straight limb"  # the value of "follows" in the evidence
 
 
-def interval_of(chain: str, error: StraightError) -> Interval:
+def straight_limb_interval(chain: str, error: StraightError) -> Interval:
     """Convert an error of a straight limb to an interval of the named chain."""
     return Interval(
         chain,

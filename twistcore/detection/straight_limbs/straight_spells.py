@@ -10,8 +10,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.detection.runs import runs
-from twistcore.skeleton.medians import extended, median, quantile
+from twistcore.detection.runs import runs_of_true
+from twistcore.skeleton.medians import median, pad_with_edge_values, quantile
 from twistcore.skeleton.rotation import Array, cross_products, rotate, vector_lengths, wrap
 from twistcore.work.frozen import dataclass
 
@@ -168,7 +168,7 @@ def bend_of(q_child: Array, axis: Array, arm: Array, fps: float) -> Bend:
     return Bend(angle, azimuth if spread < HINGE else None, spread)
 
 
-def spells(
+def find_straight_ranges(
     increments: tuple[Array, Array], bend: Bend, low: int, high: int, fps: float
 ) -> list[Spell]:
     """Return the straight frame ranges (spells) of a segment [low, high) that may have an error.
@@ -177,14 +177,14 @@ def spells(
     after the spell. `increments` contains the twist increments of parent and child in radians.
     """
     out = []
-    for start, stop in runs(~bend.bent[low:high]):
+    for start, stop in runs_of_true(~bend.bent[low:high]):
         spell = Spell(start + low, stop + low, low, high)
         if spell.closed and _mirrored(*_turns(increments, spell, fps)).any():
             out.append(spell)
     return out
 
 
-def errors_in(
+def straight_errors_in_range(
     increments: tuple[Array, Array], delta: Array, spell: Spell, fps: float
 ) -> list[StraightError]:
     """Return the errors in a spell: runs of δ that begin or end with opposite joint rotations.
@@ -192,7 +192,7 @@ def errors_in(
     `increments` contains the twist increments of parent and child. `delta` contains the twist error
     δ in all frames, which is 0 outside the spell. Both arrays are in radians.
     """
-    window = window_of(fps)
+    window = transition_window_frames(fps)
     first = spell.windows(window).start
     turn, answer = _turns(increments, spell, fps)
     change = (delta[window:] - delta[:-window])[spell.windows(window)]
@@ -221,7 +221,7 @@ def errors_in(
     return found
 
 
-def left_over(
+def unexplained_opposite_rotation(
     increments: tuple[Array, Array],
     scales: tuple[float, float],
     delta: Array,
@@ -255,7 +255,7 @@ def left_over(
     return float(np.abs(both).max(initial=0.0))
 
 
-def window_of(fps: float) -> int:
+def transition_window_frames(fps: float) -> int:
     """Return the length, in frames, of the window in which a transition is searched for."""
     return max(2, round(WINDOW * fps))
 
@@ -263,7 +263,7 @@ def window_of(fps: float) -> int:
 def _joined_runs(there: Mask, fps: float) -> list[tuple[int, int]]:
     """Return the runs of True in a mask, after joining runs separated by a short gap."""
     out: list[tuple[int, int]] = []
-    for start, stop in runs(there):
+    for start, stop in runs_of_true(there):
         if out and start - out[-1][1] < PAUSE * fps:
             start = out.pop()[0]
         out.append((start, stop))
@@ -287,13 +287,13 @@ def _over_windows(signal: Array, spell: Spell, fps: float) -> tuple[Array, Array
     The pace is the mean of the signal next to a window. Only values in the segment that contains
     the spell are used, and the outermost values are repeated beyond the segment.
     """
-    window = window_of(fps)
+    window = transition_window_frames(fps)
     half = window // 2
     at = spell.windows(window)
     # The range of the increments that are needed.
     first, last = at.start + 1 - half, at.stop + window + half
     low, high = max(first, spell.low + 1), min(last, spell.high)
-    asked = extended(signal[low:high], low - first, last - high)
+    asked = pad_with_edge_values(signal[low:high], low - first, last - high)
     total = np.concatenate([[0.0], asked.cumsum()])
     begin = half + window, half, 2 * half + window, 0
     after, before, end, start = (total[k : k + at.stop - at.start] for k in begin)

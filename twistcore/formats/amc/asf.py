@@ -13,11 +13,11 @@ import numpy as np
 
 from twistcore.errors import AmcError
 from twistcore.files.ordinary import read_file
-from twistcore.files.wide_text import wide_instead
+from twistcore.files.wide_text import utf16_or_utf32_message
 from twistcore.formats.bvh.channels import JointChannels
-from twistcore.formats.bvh.header import quoted
+from twistcore.formats.bvh.header import quoted_word
 from twistcore.formats.bvh.numbers import LARGEST, decimal_value
-from twistcore.formats.clip import ClipWarning, first_warnings
+from twistcore.formats.clip import ClipWarning, shorten_warning_list
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, quaternion_from_euler
 
@@ -109,7 +109,7 @@ class _Read:
     def number(self, word: _Word, what: str) -> float:
         value = decimal_value(word.text.encode("utf-8", "surrogateescape"))
         if not abs(value) < LARGEST:
-            raise self.fail(f"expected a number for {what}, found {quoted(word.text)}", word)
+            raise self.fail(f"expected a number for {what}, found {quoted_word(word.text)}", word)
         return value
 
     def numbers(self, line: Sequence[_Word], count: int) -> tuple[float, ...]:
@@ -139,7 +139,7 @@ def parse_asf(data: bytes, path: str | Path = "skeleton.asf") -> Asf:
     Raises AmcError, with the position and the expected text, if they are invalid.
     """
     path = Path(path)
-    if instead := wide_instead(data):
+    if instead := utf16_or_utf32_message(data):
         raise AmcError(str(path), instead)
     read = _Read(str(path))
     sections = list(_sections(data, read))
@@ -172,7 +172,7 @@ def _sections(data: bytes, read: _Read) -> Iterator[tuple[list[_Word], list[list
             head, lines = words, []
         elif head is None:
             expected = "expected a keyword of an ASF such as ':version'"
-            raise read.fail(f"{expected}, found {quoted(words[0].text)}", words[0])
+            raise read.fail(f"{expected}, found {quoted_word(words[0].text)}", words[0])
         else:
             lines.append(words)
     if head is not None:
@@ -201,7 +201,9 @@ def _read_units(read: _Read, lines: list[list[_Word]]) -> None:
 def _is_radians(read: _Read, word: _Word) -> bool:
     said = word.text.lower()
     if not said.startswith(("deg", "rad")):
-        raise read.fail(f"expected deg or rad as the unit of angles, found {quoted(said)}", word)
+        raise read.fail(
+            f"expected deg or rad as the unit of angles, found {quoted_word(said)}", word
+        )
     return said.startswith("rad")
 
 
@@ -231,7 +233,9 @@ def _read_root(read: _Read, head: list[_Word], lines: list[list[_Word]]) -> None
 def _order(read: _Read, word: _Word) -> str:
     order = word.text.upper()
     if order not in _ORDERS:
-        raise read.fail(f"expected an order of axes such as XYZ, found {quoted(word.text)}", word)
+        raise read.fail(
+            f"expected an order of axes such as XYZ, found {quoted_word(word.text)}", word
+        )
     return order
 
 
@@ -246,7 +250,7 @@ def _dofs(read: _Read, line: list[_Word], known: tuple[str, ...]) -> tuple[str, 
         if dof not in known or dof in out:
             wanted = "rx, ry or rz" if known == _TURNS else "TX, TY, TZ, RX, RY or RZ"
             raise read.fail(
-                f"expected {wanted}, each at most once, found {quoted(word.text)}", word
+                f"expected {wanted}, each at most once, found {quoted_word(word.text)}", word
             )
         out.append(dof)
     return tuple(out)
@@ -265,7 +269,7 @@ def _read_bones(read: _Read, head: list[_Word], lines: list[list[_Word]]) -> Non
             part.append(line)
         else:
             wanted = "'begin' of a bone" if part is None else "'end' of this bone"
-            raise read.fail(f"expected {wanted}, found {quoted(line[0].text)}", line[0])
+            raise read.fail(f"expected {wanted}, found {quoted_word(line[0].text)}", line[0])
     if part is not None:
         raise read.fail("expected 'end' after the last bone of :bonedata", lines[-1][0])
     if len(read.bones) == 1:
@@ -278,19 +282,19 @@ def _read_bone(read: _Read, lines: list[list[_Word]], end: _Word) -> None:
         key = line[0].text.lower()
         # Limits may continue on further lines.
         if key not in _OF_BONE and key[:1] not in "(-+.0123456789":
-            text = f"The bone property {quoted(line[0].text)} is unknown and was ignored."
+            text = f"The bone property {quoted_word(line[0].text)} is unknown and was ignored."
             read.warnings.append(ClipWarning(text, line[0].line))
     if len(named := by_key.get("name", [])) != 2:
         raise read.fail("expected 'name' and one word for this bone", (named or [end])[0])
     name = named[1]
     if name.text in read.bones:
         raise read.fail(
-            (f"expected another name, because {quoted(name.text)} is already in use"), name
+            (f"expected another name, because {quoted_word(name.text)} is already in use"), name
         )
     bone = read.bones[name.text] = _Bone(name)
     for key in ("direction", "length"):
         if key not in by_key:
-            raise read.fail(f"expected {key!r} in the bone {quoted(name.text)}", end)
+            raise read.fail(f"expected {key!r} in the bone {quoted_word(name.text)}", end)
     bone.direction = read.numbers(by_key["direction"], 3)
     (bone.length,) = read.numbers(by_key["length"], 1)
     if bone.length and not any(bone.direction):
@@ -304,7 +308,7 @@ def _read_bone(read: _Read, lines: list[list[_Word]], end: _Word) -> None:
         bone.dofs = _dofs(read, dofs, _TURNS)
     if bone.order != "XYZ" and any(bone.axis):
         text = (
-            f"The axes of {quoted(name.text)} are rotated in the order {bone.order}, as "
+            f"The axes of {quoted_word(name.text)} are rotated in the order {bone.order}, as "
             "written in the file."
         )
         read.warnings.append(ClipWarning(text, name.line))
@@ -317,12 +321,14 @@ def _read_hierarchy(read: _Read, head: list[_Word], lines: list[list[_Word]]) ->
         for word in line:
             if word.text not in read.bones:
                 raise read.fail(
-                    f"expected the name of a bone in :bonedata, found {quoted(word.text)}", word
+                    f"expected the name of a bone in :bonedata, found {quoted_word(word.text)}",
+                    word,
                 )
         for word in line[1:]:
             if word.text in read.parents or word.text == ROOT:
                 raise read.fail(
-                    (f"expected only one parent for {quoted(word.text)}, found a second one"), word
+                    (f"expected only one parent for {quoted_word(word.text)}, found a second one"),
+                    word,
                 )
             read.parents[word.text] = line[0].text
 
@@ -342,7 +348,8 @@ def _assembled(read: _Read, path: Path, data: bytes, hierarchy: _Word) -> Asf:
     there = set(names)
     if left := [name for name in read.bones if name not in there]:
         raise read.fail(
-            (f"expected {quoted(left[0])} to be connected to the root in :hierarchy"), hierarchy
+            (f"expected {quoted_word(left[0])} to be connected to the root in :hierarchy"),
+            hierarchy,
         )
     bones = [read.bones[name] for name in names]
     at = {name: joint for joint, name in enumerate(names)}
@@ -362,7 +369,7 @@ def _assembled(read: _Read, path: Path, data: bytes, hierarchy: _Word) -> Asf:
     radians = [b.axis if read.radians else tuple(np.radians(b.axis)) for b in bones]
     turned = zip(bones, radians, strict=True)
     axes = [quaternion_from_euler(b.order[::-1], angles[::-1]) for b, angles in turned]
-    start, warnings = np.array(read.start), tuple(first_warnings(read.warnings))
+    start, warnings = np.array(read.start), tuple(shorten_warning_list(read.warnings))
     rest = np.array(axes), start, read.radians, warnings
     return Asf(path, data, skeleton, tuple(layouts), *rest)
 

@@ -12,7 +12,11 @@ from numpy.typing import NDArray
 from twistcore.formats.amc.asf import Asf
 from twistcore.formats.bvh.channels import motion_from_channels
 from twistcore.formats.bvh.clip import token_spans
-from twistcore.formats.bvh.patch import changed_positions, turned_numbers, with_numbers
+from twistcore.formats.bvh.patch import (
+    changed_position_values,
+    changed_rotation_values,
+    replace_numbers,
+)
 from twistcore.formats.clip import Clip, Patch
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, conjugate, multiply
@@ -133,15 +137,15 @@ class AmcClip(Clip):
         turned = motion.with_rotations(rotations)
         layouts = self.asf.channels
         names = self.skeleton.names
-        found = turned_numbers(self.values, layouts, names, turned, changed)
+        found = changed_rotation_values(self.values, layouts, names, turned, changed)
         tokens, numbers, jumps = found
         if self.radians:
             numbers = np.radians(numbers)
         if positions:
             raw = [replace(m, positions=m.positions - self._start) for m in (self.motion, motion)]
-            places, there = changed_positions(layouts, self.columns, *raw)
+            places, there = changed_position_values(layouts, self.columns, *raw)
             tokens, numbers = np.concatenate([tokens, places]), np.concatenate([numbers, there])
         if not len(tokens):
             return Patch(self.data)
-        written = with_numbers(self.data, self.token_spans, self.places.ravel()[tokens], numbers)
+        written = replace_numbers(self.data, self.token_spans, self.places.ravel()[tokens], numbers)
         return Patch(written, jumps)

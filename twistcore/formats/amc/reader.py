@@ -10,16 +10,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.errors import AmcError
-from twistcore.files.kinds import AMC, found_instead
+from twistcore.files.kinds import AMC, wrong_file_kind_message
 from twistcore.files.ordinary import read_file
-from twistcore.files.wide_text import wide_instead
+from twistcore.files.wide_text import utf16_or_utf32_message
 from twistcore.formats.amc.asf import Asf, read_asf
 from twistcore.formats.amc.clip import AmcClip
-from twistcore.formats.bvh.header import quoted
-from twistcore.formats.bvh.numbers import LARGEST, BadNumberError, decimal_value, read_numbers
-from twistcore.formats.clip import LONGEST, SHORTEST, ClipWarning, first_warnings, too_few_numbers
+from twistcore.formats.bvh.header import quoted_word
+from twistcore.formats.bvh.numbers import (
+    LARGEST,
+    BadNumberError,
+    decimal_value,
+    parse_motion_numbers,
+)
+from twistcore.formats.clip import (
+    LONGEST,
+    SHORTEST,
+    ClipWarning,
+    shorten_warning_list,
+    too_few_numbers_message,
+)
 from twistcore.skeleton.rotation import Array
-from twistcore.work.progress import Tell, nobody
+from twistcore.work.progress import Tell, ignore_progress
 
 _ASSUMED_FPS = 120.0
 _REPORTED = 64  # number of frames between two progress reports
@@ -55,7 +66,7 @@ def read_amc(path: str | Path, *, fps: float | None = None, tell: Tell | None = 
     path = Path(path)
     try:
         data = read_file(path)
-        if instead := found_instead(data, AMC):
+        if instead := wrong_file_kind_message(data, AMC):
             raise AmcError(str(path), instead)
         asf = find_asf(path)
     except FileNotFoundError:
@@ -100,11 +111,11 @@ def parse_amc(
     path = Path(path)
     if not data or data.isspace():
         raise AmcError(str(path), "expected an AMC, but the file is empty", line=1, column=1)
-    if instead := wide_instead(data):
+    if instead := utf16_or_utf32_message(data):
         raise AmcError(str(path), instead)
     rows = _Rows(str(path), data, asf)
-    values, places = rows.read(tell or nobody)
-    if expected := too_few_numbers(len(asf.skeleton), *values.shape):
+    values, places = rows.read(tell or ignore_progress)
+    if expected := too_few_numbers_message(len(asf.skeleton), *values.shape):
         raise AmcError(str(path), expected)
     radians = rows.radians if rows.radians is not None else asf.radians
     if radians is None:
@@ -123,7 +134,7 @@ def parse_amc(
         frame_time=1.0 / (fps or rows.fps or _ASSUMED_FPS),
         warnings=(
             *(_skeleton_warning(asf, w) for w in asf.warnings),
-            *first_warnings(rows.warnings),
+            *shorten_warning_list(rows.warnings),
         ),
         asf=asf,
         values=values,
@@ -209,7 +220,7 @@ class _Rows:
         if self._number is not None:
             missing = [name for name, (k, _) in self._bones.items() if not self._frame[k]]
             if missing:
-                bone = quoted(missing[0].decode("utf-8", "replace"))
+                bone = quoted_word(missing[0].decode("utf-8", "replace"))
                 raise self.fail(f"expected a line for {bone} in frame {self._number}", line)
             self._store(words, places)
             text = (
@@ -248,7 +259,7 @@ class _Rows:
 
     def _bone_error(self, own: list[bytes], line: int) -> AmcError:
         _, count = self._bones[own[0]]
-        bone = quoted(own[0].decode("utf-8", "replace"))
+        bone = quoted_word(own[0].decode("utf-8", "replace"))
         if len(own) != count + 1:
             numbers = "1 number" if count == 1 else f"{count} numbers"
             expected = f"expected {numbers} for {bone}, found {len(own) - 1}"
@@ -263,7 +274,7 @@ class _Rows:
         if not own[0].startswith(b":") or self._number is not None:
             known = f"a bone of {self._asf.path.name} with degrees of freedom, or a frame number"
             wanted = "the number of the first frame" if self._number is None else known
-            found = quoted(own[0].decode("utf-8", "replace"))
+            found = quoted_word(own[0].decode("utf-8", "replace"))
             raise self.fail(f"expected {wanted}, found {found}", line)
         words = iter(enumerate(own))
         for place, word in words:
@@ -277,17 +288,17 @@ class _Rows:
                     raise self.fail("expected frames per second, such as 120", line, place + 1)
                 self.fps = fps
             elif key != b":FULLY-SPECIFIED":
-                text = f"{quoted(word.decode('utf-8', 'replace'))} is unknown and was ignored."
+                text = f"{quoted_word(word.decode('utf-8', 'replace'))} is unknown and was ignored."
                 self.warnings.append(ClipWarning(text, line))
 
     def _values(self, words: list[bytes], which: NDArray[np.int64]) -> Array:
         try:
-            return read_numbers(b" ".join(words), 0).values
+            return parse_motion_numbers(b" ".join(words), 0).values
         except BadNumberError as error:
             at = int(which.ravel()[b" ".join(words)[: error.offset].count(b" ")])
             offset = [found.start() for found in _SOLID.finditer(self._data)][at]
             before = (self._data[:offset] + b"x").splitlines()
-            found = quoted(error.token.decode("utf-8", "replace"))
+            found = quoted_word(error.token.decode("utf-8", "replace"))
             expected = f"expected a finite number (below {LARGEST:g}), found {found}"
             place = len(before), len(before[-1])
             raise AmcError(self._path, expected, line=place[0], column=place[1]) from None

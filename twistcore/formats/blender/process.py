@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from twistcore.errors import TwistError
 from twistcore.files.ordinary import real_path
 from twistcore.skeleton.rotation import Array
-from twistcore.work.with_parent import bound
+from twistcore.work.with_parent import parent_bound_command
 
 VARIABLE = "TWIST_BLENDER"
 TIME_LIMIT = 600.0  # seconds that Blender may take by default
@@ -177,7 +177,7 @@ def _run(command: Sequence[str], folder: Path, source: Path, time_limit: float) 
     with (folder / "said.txt").open("w+b") as said:
         try:
             process = subprocess.Popen(
-                bound(command),
+                parent_bound_command(command),
                 env=own,
                 stdin=subprocess.DEVNULL,
                 stdout=said,

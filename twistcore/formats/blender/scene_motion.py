@@ -62,14 +62,14 @@ def write_as_bvh(
     """
     scene = read_scene(source, blender, take=take, figure=figure, fps=fps, time_limit=time_limit)
     try:
-        found = converted(scene, unit or SUFFIXES[source.suffix.lower()])
+        found = motion_from_scene(scene, unit or SUFFIXES[source.suffix.lower()])
     except TwistError as error:
         raise TwistError(f"{source}: {error}") from None
     write_motion(found.motion, output)
     return scene, found
 
 
-def converted(scene: Handover, unit: float) -> Converted:
+def motion_from_scene(scene: Handover, unit: float) -> Converted:
     """Convert a scene's bones to a motion with the same poses.
 
     In the rest pose of the result, no joint is rotated, and offsets are the differences between the

@@ -63,11 +63,11 @@ def motion_from_channels(
     for k, joint in enumerate(positioned):
         for axis, column in channels[joint].position:
             positions[:, k, axis] = values[:, column]
-    placed = with_bones_of_channels(skeleton, positioned, positions)
+    placed = with_offsets_from_positions(skeleton, positioned, positions)
     return Motion(placed, _rotations(channels, values), positioned, positions, frame_time)
 
 
-def with_bones_of_channels(
+def with_offsets_from_positions(
     skeleton: Skeleton, positioned: tuple[int, ...], positions: Array
 ) -> Skeleton:
     """Return the skeleton, with offsets of 0 replaced by offsets from position channels.

@@ -10,7 +10,11 @@ from numpy.typing import NDArray
 
 from twistcore.files.wide_text import WideText
 from twistcore.formats.bvh.channels import JointChannels, motion_from_channels
-from twistcore.formats.bvh.patch import changed_positions, turned_numbers, with_numbers
+from twistcore.formats.bvh.patch import (
+    changed_position_values,
+    changed_rotation_values,
+    replace_numbers,
+)
 from twistcore.formats.clip import Clip, Patch
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array
@@ -99,14 +103,16 @@ class BvhClip(Clip):
             If a changed joint does not have three rotation channels.
         """
         names = self.skeleton.names
-        found = turned_numbers(self.values, self.channels, names, motion, changed)
+        found = changed_rotation_values(self.values, self.channels, names, motion, changed)
         tokens, numbers, jumps = found
         if positions:
-            places, there = changed_positions(self.channels, self.columns, self.motion, motion)
+            places, there = changed_position_values(
+                self.channels, self.columns, self.motion, motion
+            )
             tokens, numbers = np.concatenate([tokens, places]), np.concatenate([numbers, there])
         if not len(tokens):
             return Patch(self.data)
-        text = with_numbers(self.text, self.token_spans, tokens, numbers)
+        text = replace_numbers(self.text, self.token_spans, tokens, numbers)
         return Patch(text if self.wide is None else self.wide.encoded(text), jumps)
 
 

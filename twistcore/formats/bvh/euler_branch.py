@@ -29,7 +29,7 @@ _MOST_TURNS = 2
 _LEAST_WEIGHT = 1e-6
 
 
-def continuous_angles(
+def continuous_euler_angles(
     order: str, q: Array, own: Array, before: Array | None, after: Array | None
 ) -> Array:
     """Return the equivalent Euler angles that change least from frame to frame, radians, (n, 3).
@@ -84,12 +84,12 @@ def _principal(order: str, q: Array, third: Array | None) -> tuple[Array, NDArra
     return first, locked
 
 
-def angles_in_order(order: str, q: Array) -> Array:
+def euler_angles_in_order(order: str, q: Array) -> Array:
     """Return the Euler angles of q in the given order, degrees, (n, 3), without avoidable jumps."""
-    return unrolled_angles(order, np.degrees(_principal(order, q, None)[0]))
+    return unrolled_euler_angles(order, np.degrees(_principal(order, q, None)[0]))
 
 
-def angles_near(order: str, q: Array, near: Array) -> Array:
+def nearest_euler_angles(order: str, q: Array, near: Array) -> Array:
     """Return the Euler angles of q that are nearest to the angles `near`, degrees, (n, 3)."""
     first = np.degrees(_principal(order, q, np.radians(near[:, 2]))[0])
     solutions = np.stack([first, _chosen(first, np.zeros(3), True)])
@@ -99,7 +99,9 @@ def angles_near(order: str, q: Array, near: Array) -> Array:
     return nearest
 
 
-def angle_jumps(angles: Array, before: Array | None, after: Array | None) -> list[tuple[int, int]]:
+def euler_angle_jumps(
+    angles: Array, before: Array | None, after: Array | None
+) -> list[tuple[int, int]]:
     """Return (row, channel) of each step of more than half a turn. Angles are in radians.
 
     Row k is the step to row k of `angles`, and row len(angles) is the step to `after`.
@@ -293,7 +295,7 @@ def _previous(at: tuple[int, ...], back: list[Array]) -> tuple[int, ...]:
 # -- steps in the angles of a file -----------------------------------------------------------------
 
 
-def unrolled_angles(order: str, angles: Array) -> Array:
+def unrolled_euler_angles(order: str, angles: Array) -> Array:
     """Replace angles with equivalent ones without avoidable jumps, in degrees, (n, channels).
 
     Where a channel steps by more than 90°, the equivalent angles nearest to the previous frame are

@@ -11,7 +11,7 @@ import numpy as np
 from twistcore.errors import BvhError
 from twistcore.formats.bvh.channels import JointChannels
 from twistcore.formats.bvh.numbers import LARGEST, decimal_value
-from twistcore.formats.clip import ClipWarning, first_warnings
+from twistcore.formats.clip import ClipWarning, shorten_warning_list
 from twistcore.skeleton.motion import Skeleton
 
 _AXES = {"x": 0, "y": 1, "z": 2}
@@ -90,29 +90,30 @@ class HeaderWords:
         value = decimal_value((word or "").encode("utf-8", "surrogateescape"))
         if not abs(value) < LARGEST:
             bound = "" if math.isnan(value) else f" below {LARGEST:g}"
-            expected = f"expected a number{bound} for {what}, found {quoted(word)}"
-            raise self.fail(no_number(expected, word))
+            expected = f"expected a number{bound} for {what}, found {quoted_word(word)}"
+            raise self.fail(bad_number_message(expected, word))
         return value
 
 
-def quoted(word: str | None) -> str:
+def quoted_word(word: str | None) -> str:
     """Return a word in quotes, escaped and shortened, for a message."""
     return "the end of the file" if word is None else ascii(word[:40])
 
 
-def has_comma(word: str | None) -> bool:
+def has_decimal_comma(word: str | None) -> bool:
     """Return True if a word is a number with a decimal comma."""
     return word is not None and _DECIMAL_COMMA.fullmatch(word) is not None
 
 
-def no_number(expected: str, word: str | None) -> str:
+def bad_number_message(expected: str, word: str | None) -> str:
     """Return the message for a word that is not a number.
 
     The message is `expected`, unless the word has a decimal comma.
     """
-    if has_comma(word):
+    if has_decimal_comma(word):
         return (
-            f"expected a decimal point, found a comma in {quoted(word)}: replace the commas in "
+            f"expected a decimal point, found a comma in {quoted_word(word)}: replace the commas "
+            "in "
             "all numbers"
         )
     return expected
@@ -128,7 +129,7 @@ def parse_header(
     words = HeaderWords(path, text)
     word = words.next()
     if word is None or word.upper() != "HIERARCHY":
-        raise words.fail(f"expected HIERARCHY, found {quoted(word)}")
+        raise words.fail(f"expected HIERARCHY, found {quoted_word(word)}")
     joints: list[_Joint] = []
     ends: list[tuple[int, tuple[float, float, float]]] = []
     stack: list[int | None] = []  # joints that are open, None for an End Site
@@ -141,7 +142,7 @@ def parse_header(
                 raise words.fail("expected '}' before another joint: an End Site has no children")
             joints.append(_Joint(name, parent, line))
             stack.append(len(joints) - 1)
-            _expect_brace(words, f"joint {quoted(name)}")
+            _expect_brace(words, f"joint {quoted_word(name)}")
         elif key == "END":
             words.rest_of_line()
             if not stack or stack[-1] is None:
@@ -159,7 +160,7 @@ def parse_header(
             else:
                 joint = joints[stack[-1]]
                 if joint.placed:
-                    text = f"{quoted(joint.name)} has a second OFFSET; the last one is used."
+                    text = f"{quoted_word(joint.name)} has a second OFFSET; the last one is used."
                     warnings.append(ClipWarning(text, words.line()))
                 joint.offset, joint.placed = offset, True
         elif key == "CHANNELS":
@@ -171,11 +172,11 @@ def parse_header(
         else:
             raise words.fail(
                 "expected ROOT, JOINT, End Site, OFFSET, CHANNELS, '}' or MOTION, "
-                f"found {quoted(word)}"
+                f"found {quoted_word(word)}"
             )
     if stack:
         raise words.fail(f"expected {len(stack)} more '}}' before MOTION")
-    warnings[:] = first_warnings(warnings)
+    warnings[:] = shorten_warning_list(warnings)
     if not joints:
         raise words.fail("expected at least one ROOT")
     return _assemble(joints, ends, warnings)
@@ -189,14 +190,14 @@ def _check_placed(joints: list[_Joint], closed: int | None, warnings: list[ClipW
     if closed is None or joints[closed].placed:
         return
     joint = joints[closed]
-    text = f"{quoted(joint.name)} has no OFFSET; it is placed at its parent (0 0 0)."
+    text = f"{quoted_word(joint.name)} has no OFFSET; it is placed at its parent (0 0 0)."
     warnings.append(ClipWarning(text, joint.line))
 
 
 def _expect_brace(words: HeaderWords, what: str) -> None:
     word = words.next()
     if word != "{":
-        raise words.fail(f"expected '{{' after {what}, found {quoted(word)}")
+        raise words.fail(f"expected '{{' after {what}, found {quoted_word(word)}")
 
 
 def _read_channels(
@@ -206,7 +207,7 @@ def _read_channels(
         raise words.fail("expected CHANNELS only inside a joint")
     joint = joints[stack[-1]]
     if joint.channels:
-        text = f"{quoted(joint.name)} has CHANNELS twice; both are read, one after the other."
+        text = f"{quoted_word(joint.name)} has CHANNELS twice; both are read, one after the other."
         warnings.append(ClipWarning(text, words.line()))
     count = words.number("CHANNELS")
     if count != int(count) or not 0 <= count <= _MOST_CHANNELS:
@@ -216,7 +217,7 @@ def _read_channels(
         kind = (word or "").lower()
         if kind[:1] not in _AXES or kind[1:] not in ("rotation", "position"):
             raise words.fail(
-                f"expected a channel such as Xrotation or Yposition, found {quoted(word)}"
+                f"expected a channel such as Xrotation or Yposition, found {quoted_word(word)}"
             )
         joint.channels.append(kind)
 
@@ -264,6 +265,6 @@ def _unique(names: list[str], warnings: list[ClipWarning]) -> tuple[str, ...]:
     repeated = [name for name, count in seen.items() if count > 1]
     if repeated:
         count = "1 name is used" if len(repeated) == 1 else f"{len(repeated)} names are used"
-        text = f"{count} more than once, for example {quoted(repeated[0])}; "
+        text = f"{count} more than once, for example {quoted_word(repeated[0])}; "
         warnings.append(ClipWarning(text + "further joints with the same name are numbered."))
     return tuple(out)

@@ -33,7 +33,7 @@ class HeaderPlace:
     stop: int
 
 
-def header_places(text: bytes) -> list[HeaderPlace]:
+def header_word_spans(text: bytes) -> list[HeaderPlace]:
     """Return the places of all words that can be rewritten in a valid BVH text, in file order."""
     words = text.decode("utf-8", "surrogateescape")
     found, at, stop = [], 0, 0

@@ -5,22 +5,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from twistcore.formats.bvh.clip import BvhClip
-from twistcore.formats.bvh.reader import parse_bvh, timing_fields
+from twistcore.formats.bvh.reader import bvh_timing_number_spans, parse_bvh
 
 
 def decimated(clip: BvhClip, step: int) -> BvhClip:
     """Return a clip with only every `step`-th frame, from frame 0, and a lower frame rate."""
     if step == 1:
         return clip
-    return with_rows(clip, range(0, clip.frames, step), clip.motion.frame_time * step)
+    return select_bvh_frames(clip, range(0, clip.frames, step), clip.motion.frame_time * step)
 
 
-def with_rows(clip: BvhClip, kept: Sequence[int], frame_time: float) -> BvhClip:
+def select_bvh_frames(clip: BvhClip, kept: Sequence[int], frame_time: float) -> BvhClip:
     """Return a clip with the given frames of another clip. `frame_time` is in seconds."""
     frames, columns = clip.values.shape
     starts, _ = clip.token_spans
     heads = [*(int(s) for s in starts[: frames * columns : columns]), len(clip.text)]
-    (f0, f1), (t0, t1) = timing_fields(clip.text)
+    (f0, f1), (t0, t1) = bvh_timing_number_spans(clip.text)
     pieces = [
         clip.text[:f0],
         str(len(kept)).encode(),
@@ -29,9 +29,9 @@ def with_rows(clip: BvhClip, kept: Sequence[int], frame_time: float) -> BvhClip:
         clip.text[t1 : heads[0]],
         *(clip.text[heads[k] : heads[k + 1]] for k in kept),
     ]
-    return reparsed(clip, b"".join(pieces))
+    return reparse_bvh(clip, b"".join(pieces))
 
 
-def reparsed(clip: BvhClip, text: bytes) -> BvhClip:
+def reparse_bvh(clip: BvhClip, text: bytes) -> BvhClip:
     """Parse the changed text of a clip. The encoding stays the same."""
     return parse_bvh(text if clip.wide is None else clip.wide.encoded(text), clip.path)

@@ -13,10 +13,10 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.formats.bvh.plain_numbers import plain_numbers
+from twistcore.formats.bvh.plain_numbers import parse_plain_numbers
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
-from twistcore.work.progress import Tell, nobody
+from twistcore.work.progress import Tell, ignore_progress
 
 _BLOCK = 1 << 18  # number of bytes read in one step; they fit into the processor's cache
 _SAMPLE = 1 << 14  # number of bytes by which the density of numbers is estimated
@@ -69,14 +69,14 @@ def decimal_value(token: bytes) -> float:
     return float(token) if _NUMBER.fullmatch(token) else np.nan
 
 
-def read_numbers(data: bytes, start: int, tell: Tell | None = None) -> Numbers:
+def parse_motion_numbers(data: bytes, start: int, tell: Tell | None = None) -> Numbers:
     """Read the numbers in data[start:], which are separated by white space.
 
     The text is read in blocks, so that little memory is needed apart from the values. `tell` is
     called with the progress, 0…1, after each block. Raises BadNumberError if a token is not a
     number.
     """
-    tell = tell or nobody
+    tell = tell or ignore_progress
     buffer = np.frombuffer(data, dtype=np.uint8)
     # After a large array was freed, glibc reuses memory for arrays up to its size. Without this,
     # every block would need new pages, which takes a fifth of the time.
@@ -130,7 +130,7 @@ def _line_counts(block: _Bytes, marks: NDArray[np.intp]) -> NDArray[np.int64]:
 
 def _read_block(block: _Bytes) -> Numbers | None:
     """Return the numbers of a block, or None if numpy cannot read a token as a number."""
-    if (plain := plain_numbers(block)) is not None:
+    if (plain := parse_plain_numbers(block)) is not None:
         values, marks = plain
     else:
         text = block.tobytes().translate(_SPACES)

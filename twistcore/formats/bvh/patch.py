@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.formats.bvh.channels import JointChannels
-from twistcore.formats.bvh.euler_branch import angle_jumps, continuous_angles
+from twistcore.formats.bvh.euler_branch import continuous_euler_angles, euler_angle_jumps
 from twistcore.formats.clip import ChannelJump
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array
@@ -19,7 +19,7 @@ _FARTHEST = 2e6 * np.pi  # radians; an angle of more than a million turns loses 
 _LONG = 40  # bytes; the decimals of longer numbers are counted one number at a time
 
 
-def turned_numbers(
+def changed_rotation_values(
     values: Array,
     channels: Sequence[JointChannels],
     names: Sequence[str],
@@ -66,8 +66,8 @@ def turned_numbers(
         rotations = np.ascontiguousarray(motion.rotations[:, joint])
         for start, stop in _runs(changed[:, joint]).tolist():
             q, own = rotations[start:stop], near[start:stop]
-            found = continuous_angles(layout.order, q, own, *_neighbours(near, start, stop))
-            for row, channel in angle_jumps(found, *_neighbours(source, start, stop)):
+            found = continuous_euler_angles(layout.order, q, own, *_neighbours(near, start, stop))
+            for row, channel in euler_angle_jumps(found, *_neighbours(source, start, stop)):
                 letter = layout.order[channel]
                 jumps.append(ChannelJump(name, start + row, f"{letter}rotation"))
             tokens.append((np.arange(start, stop)[:, None] * columns + rotation).ravel())
@@ -81,7 +81,7 @@ def _neighbours(angles: Array, start: int, stop: int) -> tuple[Array | None, Arr
     return before, angles[stop] if stop < len(angles) else None
 
 
-def changed_positions(
+def changed_position_values(
     channels: Sequence[JointChannels], columns: int, before: Motion, motion: Motion
 ) -> tuple[NDArray[np.int64], Array]:
     """Return the position values that differ between two motions.
@@ -103,7 +103,7 @@ def changed_positions(
     return np.concatenate(tokens), np.concatenate(numbers)
 
 
-def with_numbers(
+def replace_numbers(
     data: bytes,
     spans: tuple[NDArray[np.int64], NDArray[np.int64]],
     tokens: NDArray[np.int64],

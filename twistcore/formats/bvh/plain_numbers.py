@@ -20,7 +20,7 @@ _Indices = NDArray[np.intp]
 _Groups = list[tuple[int, _Indices | slice]]
 
 
-def plain_numbers(block: NDArray[np.uint8]) -> tuple[Array, _Indices] | None:
+def parse_plain_numbers(block: NDArray[np.uint8]) -> tuple[Array, _Indices] | None:
     """Return the numbers in a block of text, and the offset of each number's end.
 
     A plain number has an optional minus sign, up to 4 digits, and 1 to 11 decimals after a point.

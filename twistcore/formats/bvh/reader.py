@@ -11,13 +11,18 @@ from pathlib import Path
 import numpy as np
 
 from twistcore.errors import BvhError
-from twistcore.files.kinds import BVH, found_instead
+from twistcore.files.kinds import BVH, wrong_file_kind_message
 from twistcore.files.ordinary import read_file
-from twistcore.files.wide_text import WideText, wide_text
+from twistcore.files.wide_text import WideText, decode_utf16_or_utf32
 from twistcore.formats.bvh.clip import BvhClip
-from twistcore.formats.bvh.header import has_comma, no_number, parse_header, quoted
-from twistcore.formats.bvh.numbers import LARGEST, BadNumberError, Numbers, read_numbers
-from twistcore.formats.clip import LONGEST, SHORTEST, ClipWarning, too_few_numbers
+from twistcore.formats.bvh.header import (
+    bad_number_message,
+    has_decimal_comma,
+    parse_header,
+    quoted_word,
+)
+from twistcore.formats.bvh.numbers import LARGEST, BadNumberError, Numbers, parse_motion_numbers
+from twistcore.formats.clip import LONGEST, SHORTEST, ClipWarning, too_few_numbers_message
 from twistcore.formats.suffixes import clip_suffix
 from twistcore.work.progress import Tell
 
@@ -100,7 +105,7 @@ def parse_bvh(
     text = data if wide is None else wide.text
     if not (bare := text.removeprefix(codecs.BOM_UTF8)) or bare.isspace():
         raise BvhError(name, "expected HIERARCHY, but the file is empty", line=1, column=1)
-    if instead := found_instead(text, BVH):
+    if instead := wrong_file_kind_message(text, BVH):
         raise BvhError(name, instead)
     found = _MOTION.search(text)
     header = text[: found.start()] if found else text
@@ -125,15 +130,15 @@ def parse_bvh(
         raise BvhError(name, "expected at least one channel in the hierarchy")
     start = seconds.end()
     try:
-        numbers = read_numbers(text, start, tell)
+        numbers = parse_motion_numbers(text, start, tell)
     except BadNumberError as error:
         line, column = _place(text, error.offset)
         word = error.token.decode("utf-8", "replace")
-        expected = f"expected a finite number (below {LARGEST:g}), found {quoted(word)}"
-        raise BvhError(name, no_number(expected, word), line=line, column=column) from None
+        expected = f"expected a finite number (below {LARGEST:g}), found {quoted_word(word)}"
+        raise BvhError(name, bad_number_message(expected, word), line=line, column=column) from None
     _check_rows(name, text, start, numbers, columns)
     rows = len(numbers.values) // columns
-    if too_few := too_few_numbers(len(skeleton), rows, columns):
+    if too_few := too_few_numbers_message(len(skeleton), rows, columns):
         raise BvhError(name, too_few)
     if rows != declared:
         said = _other_count(declared, rows)
@@ -161,7 +166,7 @@ def parse_bvh(
     )
 
 
-def timing_fields(data: bytes) -> tuple[tuple[int, int], tuple[int, int]]:
+def bvh_timing_number_spans(data: bytes) -> tuple[tuple[int, int], tuple[int, int]]:
     """Return the spans of the numbers after 'Frames:' and 'Frame Time:' in a valid BVH text.
 
     A span is a pair of byte offsets, (start, stop).
@@ -174,7 +179,7 @@ def timing_fields(data: bytes) -> tuple[tuple[int, int], tuple[int, int]]:
 
 def _wide_text(name: str, data: bytes) -> WideText | None:
     try:
-        return wide_text(data)
+        return decode_utf16_or_utf32(data)
     except UnicodeDecodeError as error:
         expected = f"expected UTF-32 text, found no character at byte {error.start}"
         raise BvhError(name, expected) from None
@@ -230,20 +235,21 @@ def _frame_time(
     written = found.group(1)
     word = written.decode("ascii", "replace")
     line = _line_of(data, found.start(1))
-    if has_comma(word):
+    if has_decimal_comma(word):
         written = written.replace(b",", b".")
-        text = f"Frame Time {quoted(word)} has a decimal comma, which is read as a point."
+        text = f"Frame Time {quoted_word(word)} has a decimal comma, which is read as a point."
         warnings.append(ClipWarning(text, line))
     seconds = float(written) if _SECONDS.fullmatch(written) else math.nan
     if SHORTEST <= seconds <= LONGEST:
         return seconds
     text = (
-        f"Frame Time {quoted(word)} is not usable; {_ASSUMED_FPS:g} frames per second are assumed."
+        f"Frame Time {quoted_word(word)} is not usable; {_ASSUMED_FPS:g} frames per second are "
+        "assumed."
     )
     if LONGEST < seconds <= 1.0 / SHORTEST:
         rate = _meant_rate(seconds)
         text = (
-            f"Frame Time {quoted(word)} is {seconds:g} seconds per frame, but 1/{rate:.5g} = "
+            f"Frame Time {quoted_word(word)} is {seconds:g} seconds per frame, but 1/{rate:.5g} = "
             f"{1.0 / rate:.3g} was probably meant. For that rate, use "
             f"--fps {rate:.5g} on the command line; without it, {_ASSUMED_FPS:g} frames per second "
             "are assumed."

@@ -16,12 +16,16 @@ from numpy.typing import NDArray
 
 from twistcore.errors import TwistError
 from twistcore.formats.bvh.clip import BvhClip
-from twistcore.formats.bvh.euler_branch import angles_in_order, angles_near, unrolled_angles
-from twistcore.formats.bvh.header_places import HeaderPlace, header_places
-from twistcore.formats.bvh.lower_rate import reparsed, with_rows
-from twistcore.formats.bvh.patch import MIN_DECIMALS, with_numbers
+from twistcore.formats.bvh.euler_branch import (
+    euler_angles_in_order,
+    nearest_euler_angles,
+    unrolled_euler_angles,
+)
+from twistcore.formats.bvh.header_places import HeaderPlace, header_word_spans
+from twistcore.formats.bvh.lower_rate import reparse_bvh, select_bvh_frames
+from twistcore.formats.bvh.patch import MIN_DECIMALS, replace_numbers
 from twistcore.skeleton.motion import Motion
-from twistcore.skeleton.resampling import frames_at_times, resampled
+from twistcore.skeleton.resampling import frames_at_times, interpolate_poses_at_times
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
@@ -67,16 +71,16 @@ class Rewriting:
     notes: tuple[str, ...] = ()
 
 
-def unrolled(clip: BvhClip) -> Rewriting:
-    """Replace angles that jump with equivalent angles (see :func:`unrolled_angles`)."""
+def unroll_clip_angles(clip: BvhClip) -> Rewriting:
+    """Replace angles that jump with equivalent angles (see :func:`unrolled_euler_angles`)."""
     values = clip.values.copy()
     for layout in clip.channels:
         if columns := list(layout.rotation):
-            values[:, columns] = unrolled_angles(layout.order, values[:, columns])
+            values[:, columns] = unrolled_euler_angles(layout.order, values[:, columns])
     return _rewritten(clip, values)
 
 
-def in_order(clip: BvhClip, orders: Mapping[str, str]) -> Rewriting:
+def change_rotation_order(clip: BvhClip, orders: Mapping[str, str]) -> Rewriting:
     """Change the rotation order of joints.
 
     `orders` maps joint names to orders such as 'ZYX'. The key '' applies to all other joints.
@@ -98,14 +102,14 @@ def in_order(clip: BvhClip, orders: Mapping[str, str]) -> Rewriting:
             notes.append(f"{name} keeps its channels, because it does not turn about three axes")
         elif layout.rotatable and order != layout.order:
             columns = list(layout.rotation)
-            angles = angles_in_order(order, clip.motion.rotations[:, joint])
+            angles = euler_angles_in_order(order, clip.motion.rotations[:, joint])
             same = np.abs(angles - values[:, columns]) < _SAME
             values[:, columns] = np.where(same, values[:, columns], angles)
             letters |= dict(zip(columns, order, strict=True))
     return _rewritten(clip, values, letters=letters, notes=tuple(notes))
 
 
-def in_axes(clip: BvhClip, matrix: Array) -> Rewriting:
+def change_axes_and_unit(clip: BvhClip, matrix: Array) -> Rewriting:
     """Convert a clip to different axes and a different unit.
 
     `matrix`, (3, 3), is a rotation by multiples of 90° times a factor. Because such a rotation only
@@ -137,7 +141,7 @@ def with_joint_names(clip: BvhClip, names: Mapping[str, str]) -> Rewriting:
         raise TwistError(f"{clip.path}: expected a name on one line without '{{', found {odd[0]!r}")
     places = [p for p in _header(clip) if p.kind == "name" and new[p.joint] != old[p.joint]]
     parts = [(p.start, p.stop, new[p.joint].encode("utf-8", "surrogateescape")) for p in places]
-    found = reparsed(clip, _spliced(clip.text, parts))
+    found = reparse_bvh(clip, _spliced(clip.text, parts))
     pairs = zip(new, found.skeleton.names, strict=True)
     if lost := [name for name, again in pairs if name != again]:
         raise TwistError(
@@ -148,7 +152,7 @@ def with_joint_names(clip: BvhClip, names: Mapping[str, str]) -> Rewriting:
     return Rewriting(found, _changes(clip, nothing, [p.joint for p in places]))
 
 
-def without_positions(clip: BvhClip, *, keep_moving: bool) -> Rewriting:
+def without_redundant_positions(clip: BvhClip, *, keep_moving: bool) -> Rewriting:
     """Remove position channels of joints below the root that always equal OFFSET.
 
     If such a joint moves away from its OFFSET, it keeps its channels if `keep_moving` is True. If
@@ -178,11 +182,11 @@ def without_positions(clip: BvhClip, *, keep_moving: bool) -> Rewriting:
     found = np.broadcast_to(gone, clip.values.shape)
     joints = [place.joint for place, column in _channels(clip) if gone[column]]
     joints += dict.fromkeys(joints)  # the number of channels changes, too
-    again = reparsed(clip, _without_columns(clip, gone))
+    again = reparse_bvh(clip, _without_columns(clip, gone))
     return Rewriting(again, _changes(clip, found, joints), tuple(notes))
 
 
-def at_rate(clip: BvhClip, fps: float) -> Rewriting:
+def resample_clip(clip: BvhClip, fps: float) -> Rewriting:
     """Resample a clip at a different frame rate.
 
     Rotations are interpolated on the shorter arc, positions linearly. A frame at the time of a
@@ -191,25 +195,25 @@ def at_rate(clip: BvhClip, fps: float) -> Rewriting:
     """
     if abs(fps * clip.frame_time - 1.0) < _SAME_RATE:
         return Rewriting(clip, (), (f"the frame rate is already {clip.fps:.6g} frames per second",))
-    times = rate_times(clip.frames, clip.frame_time, fps)
+    times = resampled_frame_times(clip.frames, clip.frame_time, fps)
     before, after, share = frames_at_times(times, clip.frames)
-    held = with_rows(clip, before.tolist(), 1.0 / fps)
+    held = select_bvh_frames(clip, before.tolist(), 1.0 / fps)
     way = clip.values[after] - held.values
     turning = [column for layout in clip.channels for column in layout.rotation]
     way[:, turning] = np.degrees(wrap(np.radians(way[:, turning])))
     values = held.values + share[:, None] * way
-    q = at_times(clip.motion, times, 1.0 / fps).rotations
+    q = resample_motion(clip.motion, times, 1.0 / fps).rotations
     # In other joints, each axis is interpolated separately.
     for joint, layout in enumerate(clip.channels):
         columns = np.array(layout.rotation, dtype=np.intp)
         moving = np.flatnonzero(way[:, columns].any(axis=1))
         if layout.rotatable and len(moving):
             at = np.ix_(moving, columns)
-            values[at] = angles_near(layout.order, q[moving, joint], values[at])
+            values[at] = nearest_euler_angles(layout.order, q[moving, joint], values[at])
     return _rewritten(held, values)
 
 
-def rate_times(frames: int, frame_time: float, fps: float) -> Array:
+def resampled_frame_times(frames: int, frame_time: float, fps: float) -> Array:
     """Return the times of the frames at the rate `fps`, in frames of the clip, (new frames,)."""
     step = 1.0 / (frame_time * fps)
     simple = float(Fraction(step).limit_denominator(_SIMPLE))
@@ -219,9 +223,9 @@ def rate_times(frames: int, frame_time: float, fps: float) -> Array:
     return times
 
 
-def at_times(motion: Motion, times: Array, frame_time: float) -> Motion:
+def resample_motion(motion: Motion, times: Array, frame_time: float) -> Motion:
     """Return a motion interpolated at `times`, which are in frames. `frame_time` is in seconds."""
-    rotations, positions = resampled(motion.rotations, motion.positions, times)
+    rotations, positions = interpolate_poses_at_times(motion.rotations, motion.positions, times)
     return Motion(motion.skeleton, rotations, motion.positioned, positions, frame_time)
 
 
@@ -264,21 +268,21 @@ def _rewritten(
             joints.append(place.joint)
     text = _spliced(clip.text, parts)  # the length stays the same
     if len(tokens := np.flatnonzero(found)):
-        text = with_numbers(text, clip.token_spans, tokens, values.ravel()[tokens], decimals)
+        text = replace_numbers(text, clip.token_spans, tokens, values.ravel()[tokens], decimals)
     places = [place for place in _header(clip) if place.kind == "offset"]
     if matrix is not None and places:
         before = np.array([float(clip.text[p.start : p.stop]) for p in places])
         numbers = (before.reshape(-1, 3) @ matrix.T).ravel()
         spans = np.array([p.start for p in places]), np.array([p.stop for p in places])
         if len(differs := np.flatnonzero(numbers != before)):
-            text = with_numbers(text, spans, differs, numbers[differs], decimals)
+            text = replace_numbers(text, spans, differs, numbers[differs], decimals)
         joints += [places[k].joint for k in differs.tolist()]
-    again = clip if text == clip.text else reparsed(clip, text)
+    again = clip if text == clip.text else reparse_bvh(clip, text)
     return Rewriting(again, _changes(clip, found, joints), notes)
 
 
 def _header(clip: BvhClip) -> list[HeaderPlace]:
-    return header_places(clip.text[: clip.data_start])
+    return header_word_spans(clip.text[: clip.data_start])
 
 
 def _channels(clip: BvhClip) -> list[tuple[HeaderPlace, int]]:

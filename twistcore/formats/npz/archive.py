@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.errors import NpzError
-from twistcore.files.kinds import NPZ, found_instead
-from twistcore.formats.bvh.header import quoted
+from twistcore.files.kinds import NPZ, wrong_file_kind_message
+from twistcore.formats.bvh.header import quoted_word
 from twistcore.work.frozen import dataclass
 
 LARGEST = 1 << 31  # maximum number of bytes that are read into memory
@@ -70,7 +70,7 @@ class Archive:
 
     def described(self) -> str:
         """Return the names of the arrays as one short line for a message."""
-        return described_names(self.infos)
+        return shorten_name_list(self.infos)
 
     def array(self, name: str) -> NDArray[Any]:
         """Return an array.
@@ -110,7 +110,7 @@ class Archive:
             raise self._damaged(name) from None
 
     def _damaged(self, name: str) -> NpzError:
-        return NpzError(f"{self.path}: expected a complete array {quoted(name)}")
+        return NpzError(f"{self.path}: expected a complete array {quoted_word(name)}")
 
     def _member(self, name: str) -> tuple[bytes, NDArray[Any], bool]:
         """Return a member's header and values, and True if the values are in column-major order."""
@@ -124,10 +124,10 @@ class Archive:
             raise self._damaged(name) from None
         if dtype.hasobject:
             raise NpzError(
-                f"{self.path}: expected numbers in {quoted(name)}, found objects, which "
+                f"{self.path}: expected numbers in {quoted_word(name)}, found objects, which "
                 "cannot be unpacked without running code"
             )
-        if _NUMBER * values.size > unpack_limit(len(self.data)):
+        if _NUMBER * values.size > archive_unpack_limit(len(self.data)):
             raise _too_much(self.path, _NUMBER * values.size, len(self.data))
         return raw[:start], values, by_column
 
@@ -170,7 +170,7 @@ class Archive:
         return out.getvalue()
 
 
-def described_names(names: Iterable[str]) -> str:
+def shorten_name_list(names: Iterable[str]) -> str:
     """Return names as one short line for a message."""
     every = list(names)
     more = f" and {len(every) - 12} more" if len(every) > 12 else ""
@@ -184,7 +184,7 @@ def open_archive(path: Path, data: bytes) -> Archive:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             infos = archive.infolist()
     except Exception:
-        instead = found_instead(data, NPZ)
+        instead = wrong_file_kind_message(data, NPZ)
         raise NpzError(f"{path}: {instead or 'expected an .npz archive'}") from None
     check_members(path, infos, len(data))
     return Archive(path, data, {info.filename.removesuffix(_NPY): info for info in infos})
@@ -193,8 +193,8 @@ def open_archive(path: Path, data: bytes) -> Archive:
 def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> None:
     """Raise NpzError unless all members can be read, do not overlap and have plausible sizes.
 
-    Nothing is unpacked. The sum of the declared sizes is limited by :func:`unpack_limit`, and a
-    member is never read beyond its declared size. `size` is the size of the file in bytes.
+    Nothing is unpacked. The sum of the declared sizes is limited by :func:`archive_unpack_limit`,
+    and a member is never read beyond its declared size. `size` is the size of the file in bytes.
     """
     if len({info.filename.removesuffix(_NPY) for info in infos}) < len(infos):
         raise NpzError(f"{path}: expected every array once, found two with the same name")
@@ -203,9 +203,9 @@ def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> No
     if odd := [info for info in infos if info.compress_type not in _AS_NUMPY]:
         raise NpzError(
             f"{path}: expected arrays that are stored or deflated, as numpy writes them, "
-            f"but {quoted(odd[0].filename)} is compressed differently"
+            f"but {quoted_word(odd[0].filename)} is compressed differently"
         )
-    if (total := sum(info.file_size for info in infos)) > unpack_limit(size):
+    if (total := sum(info.file_size for info in infos)) > archive_unpack_limit(size):
         raise _too_much(path, total, size)
     stop = 0
     for info in sorted(infos, key=lambda info: info.header_offset):
@@ -214,7 +214,7 @@ def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> No
         stop = info.header_offset + _HEADER + info.compress_size
 
 
-def unpack_limit(size: int) -> int:
+def archive_unpack_limit(size: int) -> int:
     """Return how many bytes may be unpacked from a file of `size` bytes."""
     return min(LARGEST, _FREE + _RATIO * size)
 
@@ -255,13 +255,13 @@ def check_shape(shape: Sequence[int], size: int) -> None:
 
 
 def _too_much(path: Path, found: int, size: int) -> NpzError:
-    most, found = unpack_limit(size) >> 20, found >> 20
+    most, found = archive_unpack_limit(size) >> 20, found >> 20
     return NpzError(
         f"{path}: expected at most {most} MiB of arrays in a file of this size, found {found} MiB"
     )
 
 
-def too_large(path: Path) -> NpzError:
+def too_large_error(path: Path) -> NpzError:
     """Return the error for a file that is too large or whose arrays are too large."""
     return NpzError(f"{path}: expected a file and arrays of at most {LARGEST >> 30} GiB")
 

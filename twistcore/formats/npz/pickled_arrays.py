@@ -419,10 +419,10 @@ def read_pickle(data: bytes) -> Any:
 
     Raises ValueError if the pickle is incomplete, and LimitError if it exceeds a limit.
     """
-    return read_pickle_places(data)[0]
+    return read_pickle_with_offsets(data)[0]
 
 
-def read_pickle_places(data: bytes) -> tuple[Any, Places]:
+def read_pickle_with_offsets(data: bytes) -> tuple[Any, Places]:
     """Return the contents of a pickle, and the offsets of its arrays' bytes.
 
     The contents and errors are those of :func:`read_pickle`.

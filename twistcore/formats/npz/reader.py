@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from twistcore.errors import NpzError
 from twistcore.files.ordinary import read_file
 from twistcore.formats.clip import LONGEST, SHORTEST, ClipWarning
-from twistcore.formats.npz.archive import LARGEST, open_archive, too_large
+from twistcore.formats.npz.archive import LARGEST, open_archive, too_large_error
 from twistcore.formats.npz.body import BODIES, BODY
 from twistcore.formats.npz.clip import NpzClip, PklClip
 from twistcore.formats.npz.pose_names import (
@@ -26,7 +26,7 @@ from twistcore.formats.npz.stored_arrays import Arrays, open_pickle
 from twistcore.formats.npz.video_poses import PLACE, THETAS, VideoPoses, read_video_poses
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array
-from twistcore.work.progress import Tell, nobody
+from twistcore.work.progress import Tell, ignore_progress
 
 _RATES = ("mocap_framerate", "mocap_frame_rate", "fps", "frame_rate")
 _ASSUMED_FPS = 30.0
@@ -82,8 +82,8 @@ def parse_npz(
     if names is None and (video := read_video_poses(archive)) is not None:
         place = PLACE if PLACE in video else ""
         names = PoseNames(24, (PosePart(THETAS, 0, 72),), place)
-        return NpzClip(**_read(data, video, names, fps, tell or nobody))
-    return NpzClip(**_read(data, archive, names, fps, tell or nobody))
+        return NpzClip(**_read(data, video, names, fps, tell or ignore_progress))
+    return NpzClip(**_read(data, archive, names, fps, tell or ignore_progress))
 
 
 def parse_pkl(
@@ -95,13 +95,13 @@ def parse_pkl(
 ) -> PklClip:
     """Parse the bytes of a pickle. See :func:`read_pkl`."""
     pickled = open_pickle(Path(path), data)
-    return PklClip(**_read(data, pickled, find_pose_names(pickled), fps, tell or nobody))
+    return PklClip(**_read(data, pickled, find_pose_names(pickled), fps, tell or ignore_progress))
 
 
 def _bytes_of(path: Path, what: str) -> bytes:
     try:
         if path.stat().st_size > LARGEST:
-            raise too_large(path)
+            raise too_large_error(path)
         return read_file(path)
     except FileNotFoundError:
         raise NpzError(f"{path}: expected {what}, but the file does not exist") from None

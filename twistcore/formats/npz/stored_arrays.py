@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.errors import NpzError
-from twistcore.files.kinds import PICKLE, found_instead
-from twistcore.formats.bvh.header import quoted
-from twistcore.formats.npz.archive import described_names
-from twistcore.formats.npz.pickled_arrays import LimitError, Places, read_pickle_places
+from twistcore.files.kinds import PICKLE, wrong_file_kind_message
+from twistcore.formats.bvh.header import quoted_word
+from twistcore.formats.npz.archive import shorten_name_list
+from twistcore.formats.npz.pickled_arrays import LimitError, Places, read_pickle_with_offsets
 from twistcore.work.frozen import dataclass
 
 
@@ -70,7 +70,7 @@ class PickledDict:
 
     def described(self) -> str:
         """Return the names of the arrays as one short line for a message."""
-        return described_names(map(str, self.names))
+        return shorten_name_list(map(str, self.names))
 
     def array(self, name: str) -> NDArray[Any]:
         """Return an array, or a list of plain numbers as an array.
@@ -84,7 +84,7 @@ class PickledDict:
         values = np.asarray(found) if numbers else found
         if not isinstance(values, np.ndarray):
             raise NpzError(
-                f"{self.path}: expected only numbers in {quoted(name)}, found other values"
+                f"{self.path}: expected only numbers in {quoted_word(name)}, found other values"
             )
         return values
 
@@ -146,10 +146,10 @@ def overwrite_array(
 
 def open_pickle(path: Path, data: bytes) -> PickledDict:
     """Open a pickle of named arrays. Raises NpzError if it has other contents."""
-    if instead := found_instead(data, PICKLE):
+    if instead := wrong_file_kind_message(data, PICKLE):
         raise NpzError(f"{path}: {instead}")
     try:
-        names, places = read_pickle_places(data)
+        names, places = read_pickle_with_offsets(data)
     except LimitError as error:
         raise NpzError(f"{path}: {error}") from None
     except ValueError:

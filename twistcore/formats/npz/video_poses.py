@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from twistcore.errors import NpzError
 from twistcore.formats.npz.archive import Archive, npy_header
-from twistcore.formats.npz.pickled_arrays import LimitError, Places, read_pickle_places
+from twistcore.formats.npz.pickled_arrays import LimitError, Places, read_pickle_with_offsets
 from twistcore.formats.npz.stored_arrays import overwrite_array
 from twistcore.skeleton.rotation import Array, exponential, logarithm, slerp
 from twistcore.work.frozen import dataclass
@@ -239,7 +239,7 @@ def _object(archive: Archive, name: str) -> _Object | None:
         start, _, dtype, _ = npy_header(raw)
         if not dtype.hasobject:
             return None
-        found, places = read_pickle_places(raw[start:])
+        found, places = read_pickle_with_offsets(raw[start:])
     except LimitError as error:
         raise NpzError(f"{archive.path}: {error}") from None
     except Exception:  # a damaged header or pickle can raise almost anything

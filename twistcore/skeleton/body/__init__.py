@@ -9,9 +9,14 @@ A bone may be divided into *pieces*: twist bones in a row (`upperarm01 → upper
 distribute the bone's roll. Pieces of one bone never bend relative to each other.
 """
 
-from twistcore.skeleton.body.bones import lower_pair
+from twistcore.skeleton.body.bones import limb_bone_pair_index
 from twistcore.skeleton.body.finding import find_body
-from twistcore.skeleton.body.offsets import ancestors, bone_offset, has_length, shortest_offset
+from twistcore.skeleton.body.offsets import (
+    ancestors,
+    bone_offset,
+    is_offset_long_enough,
+    minimum_offset_length,
+)
 from twistcore.skeleton.body.parts import BONES, Body, Bone, LimbLine, Unexamined
 
 __all__ = [
@@ -23,7 +28,7 @@ __all__ = [
     "ancestors",
     "bone_offset",
     "find_body",
-    "has_length",
-    "lower_pair",
-    "shortest_offset",
+    "is_offset_long_enough",
+    "limb_bone_pair_index",
+    "minimum_offset_length",
 ]

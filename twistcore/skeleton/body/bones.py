@@ -25,7 +25,7 @@ _SEGMENT_OF: Mapping[tuple[str, ...], str] = {
 }
 
 
-def named_bones(shape: Shape, path: Sequence[int], segments: Sequence[str]) -> list[Bone]:
+def limb_bones_by_name(shape: Shape, path: Sequence[int], segments: Sequence[str]) -> list[Bone]:
     """Return the bones of a limb with known joint names, from the trunk outwards.
 
     Parameters
@@ -103,7 +103,9 @@ def _ambiguous(shape: Shape, below: Sequence[int], joint: int) -> bool:
     return len(name.roles) > 1 and all(n.helper or n.stem == name.stem for n in inner)
 
 
-def bones_by_shape(shape: Shape, joints: Sequence[int], segments: Sequence[str] = ()) -> list[Bone]:
+def limb_bones_by_shape(
+    shape: Shape, joints: Sequence[int], segments: Sequence[str] = ()
+) -> list[Bone]:
     """Return the bones of a limb, given the line of joints that contains it.
 
     The foot or hand is not included. However, a long foot, such as a horse's, is included if
@@ -134,7 +136,7 @@ def bones_by_shape(shape: Shape, joints: Sequence[int], segments: Sequence[str] 
         else:
             whole.append([pair])
     size = [sum(shape.lengths[c] for _, c in bone) for bone in whole]
-    end = lower_pair([a + b for a, b in pairwise(size)]) + 1 if len(size) > 1 else 0
+    end = limb_bone_pair_index([a + b for a, b in pairwise(size)]) + 1 if len(size) > 1 else 0
     if not segments:  # include a long foot, such as a horse's
         while end + 1 < len(whole) and size[end + 1] > _FOOT * max(size):
             end += 1
@@ -147,7 +149,7 @@ def bones_by_shape(shape: Shape, joints: Sequence[int], segments: Sequence[str] 
     ]
 
 
-def lower_pair(sums: Sequence[float]) -> int:
+def limb_bone_pair_index(sums: Sequence[float]) -> int:
     """Return the index of the pair of bones that form the limb, such as thigh and shin.
 
     `sums` contains the total length of each pair of neighbouring bones, starting at the trunk. The

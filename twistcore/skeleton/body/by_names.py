@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
-from twistcore.skeleton.body.bones import named_bones
+from twistcore.skeleton.body.bones import limb_bones_by_name
 from twistcore.skeleton.body.offsets import ancestors
 from twistcore.skeleton.body.parts import BONES, LIMBS, SIDES, LimbLine
 from twistcore.skeleton.body.shape import Shape
@@ -19,7 +19,7 @@ _WORDS = {"hand": HANDS, "foot": FEET}  # names of the end of a limb; later ones
 Path = tuple[list[int], int]
 
 
-def named_lines(shape: Shape) -> dict[tuple[str, str], LimbLine]:
+def find_limbs_by_name(shape: Shape) -> dict[tuple[str, str], LimbLine]:
     """Return the limbs in which the hand or foot, or a joint above it, has a known name.
 
     The dict is keyed by side and kind, such as ('Left', 'arm').
@@ -43,7 +43,7 @@ def _lines_of(
             trunk.update(set.intersection(*both))
     lines = {}
     for (side, kind), (path, last) in paths.items():
-        bones = named_bones(shape, path, BONES[kind][: last + 1])
+        bones = limb_bones_by_name(shape, path, BONES[kind][: last + 1])
         bones = [b for b in bones if b.parent not in trunk and not _bare_root(shape, b.parent)]
         if bones:
             whole = kind == "leg" and last == len(BONES[kind]) - 1

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from twistcore.skeleton.body.bones import bones_by_shape
+from twistcore.skeleton.body.bones import limb_bones_by_shape
 from twistcore.skeleton.body.by_names import toe_of
 from twistcore.skeleton.body.parts import BONES, SIDES, LimbLine
 from twistcore.skeleton.body.shape import Shape
@@ -16,20 +16,20 @@ from twistcore.skeleton.rotation import Array, normalise, rotate
 _SMALL_LIMB = 0.35  # share of the longest limb bone; a line of shorter bones is a neck or an ear
 
 
-def unnamed_lines(shape: Shape, lines: Sequence[Sequence[int]]) -> tuple[LimbLine, ...]:
+def limbs_from_joint_lines(shape: Shape, lines: Sequence[Sequence[int]]) -> tuple[LimbLine, ...]:
     """Return the limbs formed by lines of joints without known names.
 
     Lines of short bones, such as a neck, are omitted.
     """
-    found = [limb for line in lines if (limb := unnamed_line(shape, line))]
+    found = [limb for line in lines if (limb := limb_from_joint_line(shape, line))]
     sizes = [max(shape.lengths[b.child] for b in line.bones) for line in found]
     least = _SMALL_LIMB * max(sizes, default=0.0)
     return tuple(line for line, size in zip(found, sizes, strict=True) if size > least)
 
 
-def unnamed_line(shape: Shape, joints: Sequence[int]) -> LimbLine | None:
+def limb_from_joint_line(shape: Shape, joints: Sequence[int]) -> LimbLine | None:
     """Return the limb formed by a line of unnamed joints, or None if it has fewer than 2 bones."""
-    bones = bones_by_shape(shape, joints)
+    bones = limb_bones_by_shape(shape, joints)
     if not bones:
         return None
     end = bones[-1].child
@@ -51,7 +51,7 @@ def _pointed_at(shape: Shape, end: int, below: int) -> int:
     return below if abs(cosine) < np.cos(np.radians(30.0)) else -1
 
 
-def lines_by_shape(
+def find_limbs_by_shape(
     shape: Shape, lines: Sequence[Sequence[int]], known: Mapping[tuple[str, str], LimbLine]
 ) -> dict[tuple[str, str], LimbLine]:
     """Find the limbs without known joint names in a body in which other limbs are known.
@@ -60,7 +60,7 @@ def lines_by_shape(
     (side, kind).
     """
     found: dict[tuple[str, str], LimbLine] = {}
-    left = [list(line) for line in lines if bones_by_shape(shape, line)]
+    left = [list(line) for line in lines if limb_bones_by_shape(shape, line)]
     across = _across(shape, known)
     for kind, segments in BONES.items():
         wanted = [side for side in SIDES if (side, kind) not in known]
@@ -68,7 +68,7 @@ def lines_by_shape(
         for side in wanted:
             own = [line for line in here if _side(shape, line, across) == side]
             if len(own) == 1:
-                bones = tuple(bones_by_shape(shape, own[0], segments))
+                bones = tuple(limb_bones_by_shape(shape, own[0], segments))
                 toe = _toe(shape, side, bones[-1].child) if kind == "leg" else -1
                 found[side, kind] = LimbLine(side, kind, bones, toe, by_shape=True)
                 left.remove(own[0])

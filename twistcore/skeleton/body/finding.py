@@ -6,14 +6,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
-from twistcore.skeleton.body.by_names import ROLES, named_lines
-from twistcore.skeleton.body.by_shape import lines_by_shape, unnamed_lines
+from twistcore.skeleton.body.by_names import ROLES, find_limbs_by_name
+from twistcore.skeleton.body.by_shape import find_limbs_by_shape, limbs_from_joint_lines
 from twistcore.skeleton.body.offsets import ancestors
 from twistcore.skeleton.body.parts import LIMBS, Body, LimbLine, Unexamined
 from twistcore.skeleton.body.shape import Shape
 from twistcore.skeleton.joint_names import parse_joint_meaning
 from twistcore.skeleton.motion import Motion, cache_per_object
-from twistcore.skeleton.people import find_people, joint_names
+from twistcore.skeleton.people import find_people, interpret_person_joint_names
 
 
 def find_body(motion: Motion, *, said: Mapping[str, str] = MappingProxyType({})) -> Body:
@@ -34,7 +34,9 @@ def _found(motion: Motion, said: Mapping[str, str]) -> Body:
     skeleton = motion.skeleton
     people = find_people(skeleton)
     own = {k: parse_joint_meaning(n, said[n]) for k, n in enumerate(skeleton.names) if n in said}
-    names = tuple(own.get(k, name) for k, name in enumerate(joint_names(skeleton, people)))
+    names = tuple(
+        own.get(k, name) for k, name in enumerate(interpret_person_joint_names(skeleton, people))
+    )
     lines: list[LimbLine] = []
     missing: list[Unexamined] = []
     for person in people:
@@ -47,12 +49,12 @@ def _found(motion: Motion, said: Mapping[str, str]) -> Body:
 
 def _limbs_of_one(shape: Shape) -> tuple[Sequence[LimbLine], Sequence[Unexamined]]:
     """Return the limbs of one person, and the arms and legs that were not found."""
-    lines = named_lines(shape)
+    lines = find_limbs_by_name(shape)
     shapes = shape.lines({j for line in lines.values() for j in line.joints})
     if not lines:
-        found = unnamed_lines(shape, shapes)
+        found = limbs_from_joint_lines(shape, shapes)
         return found, _few_limbs(len(found))
-    lines |= lines_by_shape(shape, shapes, lines)
+    lines |= find_limbs_by_shape(shape, shapes, lines)
     return [lines[limb] for limb in LIMBS if limb in lines], tuple(_missing(shape, lines))
 
 

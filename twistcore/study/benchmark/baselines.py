@@ -15,7 +15,7 @@ from scipy import interpolate, signal
 
 from twistcore.skeleton.rotation import (
     Array,
-    continuous_signs,
+    continuous_quaternion_signs,
     slerp,
 )
 
@@ -110,7 +110,7 @@ def _pchip(q: Array, _fps: float, gaps: Sequence[Gap]) -> Array:
     if len(good) < 2 or len(good) == len(q):
         return q
     at = np.setdiff1d(np.arange(len(q)), good)
-    known = continuous_signs(q[good])
+    known = continuous_quaternion_signs(q[good])
     out = q.copy()
     inside = np.clip(at, good[0], good[-1])  # gaps at the clip's ends have the nearest good pose
     out[at] = interpolate.PchipInterpolator(good, known, axis=0)(inside)

@@ -11,14 +11,14 @@ from twistcore.detection import DETECTORS
 from twistcore.detection.natural_events import NaturalEvent
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
-from twistcore.study.benchmark.clip_scene import AUDITOR, CleanScene, make_scene
+from twistcore.study.benchmark.clip_scene import AUDITOR, CleanScene, make_clean_scene
 from twistcore.study.benchmark.filtering_cost import Fidelity, measure_fidelity
 from twistcore.study.benchmark.passes import (
     CleanRun,
-    all_methods,
-    clean_run,
-    clean_tallies,
-    run_item,
+    benchmark_method_names,
+    run_benchmark_passes,
+    run_on_clean_motion,
+    tally_clean_run,
 )
 from twistcore.study.benchmark.tally import MICRO, Key, Tallies, Tally, add_tallies
 from twistcore.synthesis import parse_protocol
@@ -29,7 +29,7 @@ class BenchmarkSettings:
     """The protocols, methods and seeds of a benchmark run."""
 
     protocols: tuple[str, ...] = ("P0",)
-    methods: tuple[str, ...] = field(default_factory=all_methods)
+    methods: tuple[str, ...] = field(default_factory=benchmark_method_names)
     seeds: tuple[int, ...] = (1,)
 
     @property
@@ -84,7 +84,7 @@ class ClipResult:
         }
 
 
-def result_from_json(document: Mapping[str, Any]) -> ClipResult:
+def benchmark_result_from_json(document: Mapping[str, Any]) -> ClipResult:
     """Convert JSON data to a result.
 
     Raises KeyError, TypeError or ValueError if the data are invalid.
@@ -105,7 +105,7 @@ def result_from_json(document: Mapping[str, Any]) -> ClipResult:
     )
 
 
-def run_clip(path: Path, name: str, settings: BenchmarkSettings) -> ClipResult:
+def run_clip_benchmark(path: Path, name: str, settings: BenchmarkSettings) -> ClipResult:
     """Run the benchmark on one clip.
 
     `name` is the clip's name in the results. The random errors depend on this name without its
@@ -114,7 +114,7 @@ def run_clip(path: Path, name: str, settings: BenchmarkSettings) -> ClipResult:
     problems: list[str] = []
     try:
         motion = read_bvh(path).motion
-        base = make_scene(name, motion, parse_protocol("P0"), settings.auditor)
+        base = make_clean_scene(name, motion, parse_protocol("P0"), settings.auditor)
     except TwistError as error:
         # In the message, replace the path, which differs between machines, by the clip's name.
         return ClipResult(name, problems=(str(error).replace(str(path), name),))
@@ -125,22 +125,24 @@ def run_clip(path: Path, name: str, settings: BenchmarkSettings) -> ClipResult:
         how = protocol.rich, protocol.step
         try:
             if how not in prepared:
-                prepared[how] = make_scene(name, motion, protocol, settings.auditor)
+                prepared[how] = make_clean_scene(name, motion, protocol, settings.auditor)
             scenes.append(replace(prepared[how], protocol=protocol))
         except TwistError as error:
             problems.append(f"{error} ({text})")
     tallies: Tallies = {}
     kept: dict[str, Fidelity] = {}
     for method in settings.methods:
-        runs: dict[tuple[bool, int, str], CleanRun] = {(False, 1, ""): clean_run(base, method)}
+        runs: dict[tuple[bool, int, str], CleanRun] = {
+            (False, 1, ""): run_on_clean_motion(base, method)
+        }
         if measured := measure_fidelity(base, runs[False, 1, ""].outcome.rotations):
             kept[method] = measured
         for scene in scenes:
             run = scene.protocol.rich, scene.protocol.step, scene.protocol.single
             if run not in runs:
-                runs[run] = clean_run(scene, method)
-            add_tallies(tallies, clean_tallies(scene, method, runs[run]))
+                runs[run] = run_on_clean_motion(scene, method)
+            add_tallies(tallies, tally_clean_run(scene, method, runs[run]))
             for seed in settings.seeds:
-                add_tallies(tallies, run_item(scene, method, seed, runs[run]))
+                add_tallies(tallies, run_benchmark_passes(scene, method, seed, runs[run]))
     micros = round(base.motion.frames * base.motion.frame_time * MICRO)
     return ClipResult(name, micros, base.dropped, tallies, kept, base.events, tuple(problems))

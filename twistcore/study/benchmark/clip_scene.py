@@ -11,19 +11,29 @@ from numpy.typing import NDArray
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.detection import DEFAULT_METHOD, Kind
 from twistcore.detection.carried_rolls import can_have_carried_rolls
-from twistcore.detection.cuts import leading_frames
+from twistcore.detection.cuts import count_leading_rest_frames
 from twistcore.detection.natural_events import (
     NaturalEvent,
-    limb_flips,
+    limb_flip_events,
     names_with_events,
     natural_events,
 )
 from twistcore.errors import TwistError
-from twistcore.skeleton.chain import Chain, chains_by_limb, find_chains, uncorrectable_joints
+from twistcore.skeleton.chain import (
+    Chain,
+    find_chains,
+    group_connected_chains,
+    uncorrectable_joints,
+)
 from twistcore.skeleton.limb import Limb, find_limbs
 from twistcore.skeleton.motion import Motion
-from twistcore.study.evaluation import chain_joints
-from twistcore.synthesis import Protocol, independent_chains, last_chains, prepare
+from twistcore.study.evaluation import joints_with_possible_errors
+from twistcore.synthesis import (
+    Protocol,
+    apply_protocol_options,
+    independent_chains,
+    last_limb_chains,
+)
 
 SHORTEST = 16  # number of frames that is enough for two intervals and some frames around them
 AUDITOR = DEFAULT_METHOD
@@ -62,7 +72,7 @@ class CleanScene:
     @cached_property
     def groups(self) -> tuple[tuple[Chain, ...], ...]:
         """Groups of chains and limbs that share joints. Each error affects only one group."""
-        return chains_by_limb(self.motion.skeleton, (*self.chains, *self.limbs))
+        return group_connected_chains(self.motion.skeleton, (*self.chains, *self.limbs))
 
     @property
     def targets(self) -> tuple[Chain, ...]:
@@ -75,7 +85,7 @@ class CleanScene:
         if self.protocol.straight:
             return tuple(c for c in self.chains if c.grandchild >= 0 and c.segment in STRAIGHTENS)
         if self.protocol.single:
-            return last_chains(self.motion.skeleton, self.chains)
+            return last_limb_chains(self.motion.skeleton, self.chains)
         if self.protocol.carried:
             return tuple(c for c in self.chains if can_have_carried_rolls(c))
         return self.limbs if self.protocol.limb else self.chains
@@ -83,7 +93,7 @@ class CleanScene:
     @cached_property
     def joints(self) -> NDArray[np.int64]:
         """Sorted indices of the parents and children of all chains and of the ends of all limbs."""
-        return chain_joints((*self.chains, *self.limbs))
+        return joints_with_possible_errors((*self.chains, *self.limbs))
 
     @cached_property
     def eventful(self) -> frozenset[str]:
@@ -114,7 +124,9 @@ class CleanScene:
         )
 
 
-def make_scene(name: str, motion: Motion, protocol: Protocol, auditor: str = AUDITOR) -> CleanScene:
+def make_clean_scene(
+    name: str, motion: Motion, protocol: Protocol, auditor: str = AUDITOR
+) -> CleanScene:
     """Prepare a clip for a protocol.
 
     Frames before the capture are removed, and the protocol's changes are applied. The function then
@@ -136,9 +148,9 @@ def make_scene(name: str, motion: Motion, protocol: Protocol, auditor: str = AUD
     TwistError
         If there is no chain, or if fewer than 16 frames remain.
     """
-    dropped = leading_frames(motion)
+    dropped = count_leading_rest_frames(motion)
     capture = motion.sliced(dropped, motion.frames)
-    prepared = prepare(capture, find_chains(capture), protocol)
+    prepared = apply_protocol_options(capture, find_chains(capture), protocol)
     if prepared.frames < SHORTEST:
         raise TwistError(f"{name}: expected at least {SHORTEST} frames, found {prepared.frames}")
     every = find_chains(prepared)
@@ -149,7 +161,7 @@ def make_scene(name: str, motion: Motion, protocol: Protocol, auditor: str = AUD
     clip, step = ClipAnalysis(prepared, (*chains, *whole)), protocol.step
     found = [
         *natural_events(chains, clip.by(auditor)),
-        *limb_flips(whole, clip.detect(auditor, kinds={Kind.LIMB_FLIP})),
+        *limb_flip_events(whole, clip.detect(auditor, kinds={Kind.LIMB_FLIP})),
     ]
     events = tuple(
         replace(e, start=dropped + e.start * step, stop=dropped + e.stop * step) for e in found

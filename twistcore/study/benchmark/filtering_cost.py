@@ -8,7 +8,7 @@ import numpy as np
 
 from twistcore.skeleton.rotation import Array, geodesic_angle
 from twistcore.study.benchmark.clip_scene import CleanScene
-from twistcore.study.evaluation import chain_joints
+from twistcore.study.evaluation import joints_with_possible_errors
 
 LONGEST_LAG = 0.25  # longest lag that is searched for, seconds
 # Seconds; a peak is a mean over this time, so that noise in single frames matters less.
@@ -59,7 +59,7 @@ def measure_fidelity(scene: CleanScene, refined: Array) -> Fidelity | None:
         Lag and loss of peak speed, or None if no joint remains, nothing moves or the clip is very
         short.
     """
-    eventful = chain_joints([c for c in scene.chains if c.name in scene.eventful])
+    eventful = joints_with_possible_errors([c for c in scene.chains if c.name in scene.eventful])
     joints = np.setdiff1d(scene.joints, eventful)
     motion = scene.motion
     if not joints.size or motion.frames < 8:

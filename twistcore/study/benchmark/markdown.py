@@ -11,11 +11,11 @@ from twistcore.study.benchmark.runner import BenchmarkSummary
 from twistcore.study.benchmark.tables import (
     OVERALL,
     BenchmarkRow,
+    benchmark_method_description,
+    benchmark_method_label,
+    benchmark_protocol_description,
+    benchmark_rows,
     fidelity_rows,
-    make_rows,
-    method_description,
-    method_label,
-    protocol_text,
 )
 
 BAR = 40  # number of characters of the longest bar
@@ -65,7 +65,7 @@ def benchmark_to_markdown(
 
     `source` is the description of the clips in the title.
     """
-    rows = make_rows(summary, settings)
+    rows = benchmark_rows(summary, settings)
     minutes = summary.micros / 6e7
     seeds = ", ".join(str(s) for s in settings.seeds)
     parts = [
@@ -82,7 +82,8 @@ def benchmark_to_markdown(
     parts.append("## Methods")
     parts.append(
         "\n".join(
-            f"- **{method_label(m)}** (`{m}`): {method_description(m)}." for m in settings.methods
+            f"- **{benchmark_method_label(m)}** (`{m}`): {benchmark_method_description(m)}."
+            for m in settings.methods
         )
     )
     parts += _event_parts(summary)
@@ -96,7 +97,7 @@ def _protocol_parts(
     protocol: str, rows: Sequence[BenchmarkRow], settings: BenchmarkSettings
 ) -> list[str]:
     title = "P0 (P0-all)" if protocol == "P0" else protocol
-    parts = [f"## {title}: {protocol_text(protocol)}"]
+    parts = [f"## {title}: {benchmark_protocol_description(protocol)}"]
     parts.append(_overall(rows, audited=False))
     if not any(row.tally.frames for row in rows):
         return parts
@@ -117,7 +118,9 @@ def _protocol_parts(
 def _overall(rows: Sequence[BenchmarkRow], *, audited: bool) -> str:
     place = (audited, "", OVERALL)
     chosen = (r for r in rows if (r.audited, r.side, r.segment) == place)
-    return _listed(["method"], (([method_label(r.method)], r.to_json()) for r in chosen), _COLUMNS)
+    return _listed(
+        ["method"], (([benchmark_method_label(r.method)], r.to_json()) for r in chosen), _COLUMNS
+    )
 
 
 def _by_segment(rows: Sequence[BenchmarkRow], settings: BenchmarkSettings) -> str:
@@ -130,7 +133,9 @@ def _by_segment(rows: Sequence[BenchmarkRow], settings: BenchmarkSettings) -> st
         + [_number(v.get(m, {}).get("fsr_percent"), 2) for m in settings.methods]
         for (side, segment), v in known.items()
     ]
-    return table(["side", "segment", *(method_label(m) for m in settings.methods)], lines)
+    return aligned_markdown_table(
+        ["side", "segment", *(benchmark_method_label(m) for m in settings.methods)], lines
+    )
 
 
 def _paper_layout(method: str, rows: Sequence[BenchmarkRow]) -> list[str]:
@@ -138,9 +143,9 @@ def _paper_layout(method: str, rows: Sequence[BenchmarkRow]) -> list[str]:
     by_place = {(row.side, row.segment): row.to_json() for row in rows}
     if ("", OVERALL) not in by_place:
         return []
-    name = method_label(method)
+    name = benchmark_method_label(method)
     total = by_place.pop(("", OVERALL))
-    first = table(
+    first = aligned_markdown_table(
         ["Metric", "Before Refinement", "After Refinement", "Performance Improvement"],
         [
             _change("MAE (deg)", total["mae_before_deg"], total["mae_after_deg"]),
@@ -156,7 +161,7 @@ def _paper_layout(method: str, rows: Sequence[BenchmarkRow]) -> list[str]:
         f"### {name}, as in the paper's Table 2",
         second,
         f"### {name}, as in the paper's Fig. 6: MAE before (░) and after (█), degrees",
-        bar_chart(segments),
+        benchmark_bar_chart(segments),
     ]
 
 
@@ -165,7 +170,7 @@ def _change(metric: str, before: float, after: float) -> list[str]:
     return [metric, f"{before:.2f}", f"{after:.2f}", better]
 
 
-def bar_chart(segments: Mapping[tuple[str, str], Mapping[str, Any]]) -> str:
+def benchmark_bar_chart(segments: Mapping[tuple[str, str], Mapping[str, Any]]) -> str:
     """Return a text bar chart of the error in each segment, before and after the correction."""
     highest = max(
         (v[k] for v in segments.values() for k in ("mae_before_deg", "mae_after_deg")), default=0.0
@@ -191,7 +196,7 @@ def _fidelity_parts(summary: BenchmarkSummary, settings: BenchmarkSettings) -> l
         f"Medians over clips. Lag: best cross-correlation of angular speeds. Peak loss: in the "
         f"fastest joint's highest mean speed over 50 ms. Fast: the {fast} fastest of "
         f"{rows[0]['clips']} clips, {rows[0]['fast_peak_deg_per_s']:.0f}°/s.",
-        _listed(["method"], (([method_label(r["method"])], r) for r in rows), _COSTS),
+        _listed(["method"], (([benchmark_method_label(r["method"])], r) for r in rows), _COSTS),
     ]
 
 
@@ -207,11 +212,11 @@ def _event_parts(summary: BenchmarkSummary) -> list[str]:
     return [
         "## Natural events",
         f"{said}{more}.",
-        table(["clip", "chain", "kind", "frames", "degrees"], lines),
+        aligned_markdown_table(["clip", "chain", "kind", "frames", "degrees"], lines),
     ]
 
 
-def table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
+def aligned_markdown_table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
     """Return a Markdown table with aligned columns. Numbers are aligned to the right."""
     columns = []
     for title, *cells in zip(head, *lines, strict=True):
@@ -234,7 +239,7 @@ def _listed(
     of decimals of each of the remaining columns.
     """
     lines = [[*own, *(_number(values[k], n) for _, k, n in columns)] for own, values in rows]
-    return table([*names, *(title for title, _, _ in columns)], lines)
+    return aligned_markdown_table([*names, *(title for title, _, _ in columns)], lines)
 
 
 def _number(value: float | None, digits: int) -> str:

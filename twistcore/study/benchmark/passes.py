@@ -18,7 +18,7 @@ from twistcore.analysis.clip_analysis import REPAIRED, ClipAnalysis
 from twistcore.analysis.correction.joint_repairs import JointRepairs
 from twistcore.analysis.correction.twist_removal import (
     automatic_corrections,
-    carried_by_limb,
+    carried_offsets_by_chain,
     offsets_by_chain,
     remove_twist,
 )
@@ -26,7 +26,7 @@ from twistcore.detection import DETECTORS, Kind
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Motion
-from twistcore.skeleton.rotation import Array, continuous_signs, geodesic_angle
+from twistcore.skeleton.rotation import Array, continuous_quaternion_signs, geodesic_angle
 from twistcore.study.benchmark.baselines import BASELINES, Baseline, Gap
 from twistcore.study.benchmark.clip_scene import CleanScene
 from twistcore.study.benchmark.hinge import HINGE, hinge_offsets
@@ -35,24 +35,24 @@ from twistcore.study.benchmark.tally import (
     Tallies,
     Tally,
     add_tallies,
-    error_tally,
     in_millionths,
+    tally_error_angles,
 )
 from twistcore.study.evaluation import (
     COUNTED,
     DAMAGE,
-    chain_joints,
     error_angle,
+    joints_with_possible_errors,
     match_intervals,
     segment_of,
 )
-from twistcore.synthesis import InjectedError, draw_errors, generator, inject
+from twistcore.synthesis import InjectedError, clip_random_generator, draw_errors, inject
 
 Taus: TypeAlias = Mapping[str, float]
 AUTOMATIC: Taus = MappingProxyType({})  # each chain has its automatic τ
 
 
-def all_methods() -> tuple[str, ...]:
+def benchmark_method_names() -> tuple[str, ...]:
     """Return the names of all methods, in the order of the tables."""
     return (*DETECTORS.ready(), HINGE, *BASELINES)
 
@@ -89,7 +89,7 @@ class CleanRun:
     change: Array
 
 
-def apply_method(
+def apply_benchmark_method(
     method: str,
     motion: Motion,
     chains: Sequence[Chain],
@@ -132,7 +132,7 @@ def apply_method(
         offsets = {c.name: removed(c.name, found_at.tau[c.name]) for c in bones}
     else:
         offsets = offsets_by_chain(intervals, motion.frames)
-    carried = carried_by_limb(intervals, motion.frames)
+    carried = carried_offsets_by_chain(intervals, motion.frames)
     own = {motion.skeleton.names[c.child] for c in bones}
     single = [i.for_review for i in found_at if i.kind in also and i.joint in own]
     found: dict[str, list[Gap]] = {chain.name: [] for chain in chains}
@@ -154,7 +154,7 @@ def _filtered(
                 rotations = _replaced(rotations, joints, baseline, motion.fps, gaps)
         return rotations
     bones = [c for c in chains if not isinstance(c, Limb)]
-    return _replaced(motion.rotations, chain_joints(bones), baseline, motion.fps, ())
+    return _replaced(motion.rotations, joints_with_possible_errors(bones), baseline, motion.fps, ())
 
 
 def _replaced(
@@ -165,7 +165,7 @@ def _replaced(
     gaps: Sequence[Gap],
 ) -> Array:
     joints = list(joints)
-    q = continuous_signs(rotations[:, joints])
+    q = continuous_quaternion_signs(rotations[:, joints])
     smooth = baseline.correct(q, fps, gaps)
     length = np.linalg.norm(smooth, axis=-1, keepdims=True)
     out = rotations.copy()
@@ -173,14 +173,14 @@ def _replaced(
     return out
 
 
-def clean_run(scene: CleanScene, method: str, tau: Taus = AUTOMATIC) -> CleanRun:
+def run_on_clean_motion(scene: CleanScene, method: str, tau: Taus = AUTOMATIC) -> CleanRun:
     """Return the result of a method on the clean motion."""
     every, accepted = (*scene.chains, *scene.limbs), scene.protocol.single
-    outcome = apply_method(method, scene.motion, every, tau=tau, accepted=accepted)
+    outcome = apply_benchmark_method(method, scene.motion, every, tau=tau, accepted=accepted)
     return CleanRun(outcome, _change(scene.motion.rotations, outcome.rotations, scene.joints))
 
 
-def clean_tallies(scene: CleanScene, method: str, clean: CleanRun) -> Tallies:
+def tally_clean_run(scene: CleanScene, method: str, clean: CleanRun) -> Tallies:
     """Count false alarms and unwanted changes in the clean clip, for each chain and limb.
 
     Unwanted changes are counted only if the protocol injects no errors. A chain that is not a
@@ -192,7 +192,7 @@ def clean_tallies(scene: CleanScene, method: str, clean: CleanRun) -> Tallies:
         tally = Tally(alarms=len(clean.outcome.found.get(chain.name, [])))
         if scene.protocol.clean:
             # A joint that two chains share is counted once, for the first chain.
-            own = [j for j in chain_joints([chain]).tolist() if j not in counted]
+            own = [j for j in joints_with_possible_errors([chain]).tolist() if j not in counted]
             counted.update(own)
             change = clean.change[:, np.isin(scene.joints, own)]
             large = change > DAMAGE
@@ -208,7 +208,7 @@ def clean_tallies(scene: CleanScene, method: str, clean: CleanRun) -> Tallies:
     return total
 
 
-def run_item(
+def run_benchmark_passes(
     scene: CleanScene,
     method: str,
     seed: int,
@@ -221,7 +221,7 @@ def run_item(
     filters of single joints treat groups independently, so the results for other groups are the
     same as in the clean run.
     """
-    clean = clean or clean_run(scene, method, tau)
+    clean = clean or run_on_clean_motion(scene, method, tau)
     total: Tallies = {}
     for index, targets in scene.passes():
         errors = draw_pass_errors(scene, index, targets, seed)
@@ -234,7 +234,7 @@ def draw_pass_errors(
     scene: CleanScene, index: int, targets: Sequence[Chain], seed: int
 ) -> tuple[InjectedError, ...]:
     """Draw the random errors of a pass. They depend only on seed, clip name, pass and protocol."""
-    rng = generator(seed, scene.clip, index, zlib.crc32(scene.protocol.name.encode()))
+    rng = clip_random_generator(seed, scene.clip, index, zlib.crc32(scene.protocol.name.encode()))
     return draw_errors(scene.motion, targets, rng, scene.protocol, first=0)
 
 
@@ -248,7 +248,7 @@ def _run_pass(
 ) -> Tallies:
     reach = _reach(scene, method, targets)
     dirty = inject(scene.motion, reach, errors)
-    outcome = apply_method(method, dirty, reach, errors, tau, scene.protocol.single)
+    outcome = apply_benchmark_method(method, dirty, reach, errors, tau, scene.protocol.single)
     total: Tallies = {}
     first = _key(scene, method, targets[0])
     truth = _without_own_flips(scene, clean)
@@ -264,7 +264,7 @@ def _run_pass(
         joints = true[0].measured_joints(chain) if true else (chain.parent,)
         before = error_angle(source, dirty.rotations[rows], joints)
         after = error_angle(truth[rows], outcome.rotations[rows], joints)
-        add_tallies(total, {key: error_tally(before, after)})
+        add_tallies(total, {key: tally_error_angles(before, after)})
     for chain in reach:
         true = [e for e in errors if e.chain == chain.name]
         key = first
@@ -332,7 +332,7 @@ def _damage_tally(
     A pair counts as natural if the method changes it in the same way in the clean clip, and as
     damaged if not. `wrong` is a mask of the pairs with an error, (frames, joints).
     """
-    near = np.isin(scene.joints, chain_joints(reach))
+    near = np.isin(scene.joints, joints_with_possible_errors(reach))
     joints = scene.joints[near]
     change = _change(dirty, refined, joints)
     alike = _change(clean.outcome.rotations, refined, joints) <= DAMAGE
@@ -341,7 +341,7 @@ def _damage_tally(
     away = clean.change[:, ~near]
     away = away[away > DAMAGE]
     pairs = len(dirty) * len(scene.joints) - int(wrong[:, scene.joints].sum())
-    own = chain_joints(targets)
+    own = joints_with_possible_errors(targets)
     return Tally(
         passes=1,
         pairs=pairs,

@@ -13,18 +13,18 @@ from typing import IO
 from twistcore.detection.natural_events import NaturalEvent
 from twistcore.errors import FormatError
 from twistcore.files.document_values import parsed_json
-from twistcore.files.encoding import escaped
+from twistcore.files.encoding import escape_invalid_utf8
 from twistcore.formats.clip_files import BVH, clips_by_name
 from twistcore.study.benchmark.clip_run import (
     BenchmarkSettings,
     ClipResult,
-    result_from_json,
-    run_clip,
+    benchmark_result_from_json,
+    run_clip_benchmark,
 )
 from twistcore.study.benchmark.filtering_cost import Fidelity
 from twistcore.study.benchmark.tally import Tallies, add_tallies
-from twistcore.work.processes import each, reason
-from twistcore.work.progress import TellName, clip_counter
+from twistcore.work.processes import describe_failure, map_in_processes
+from twistcore.work.progress import TellName, clip_progress_counter
 
 PART_SCHEMA = "twistcore.benchmark-part/1"
 
@@ -81,7 +81,7 @@ class BenchmarkSummary:
             measured.sort(key=lambda entry: entry[0])
 
 
-def find_clips(folder: Path) -> dict[str, Path]:
+def find_benchmark_clips(folder: Path) -> dict[str, Path]:
     """Return the BVH files in a folder and its subfolders, keyed by relative path.
 
     `folder` may also be a single file.
@@ -98,7 +98,7 @@ def run_benchmark(
     workers: int,
     partial: Path | None = None,
     resume: bool = False,
-    counter: Callable[[int, int], AbstractContextManager[TellName]] = clip_counter,
+    counter: Callable[[int, int], AbstractContextManager[TellName]] = clip_progress_counter,
 ) -> BenchmarkSummary:
     """Run the benchmark on every clip.
 
@@ -118,7 +118,8 @@ def run_benchmark(
         True to keep the results in `partial` and run only the remaining clips, False to overwrite
         the file.
     counter
-        A function that shows the progress, such as :func:`~twistcore.work.progress.clip_counter`.
+        A function that shows the progress, such as
+        :func:`~twistcore.work.progress.clip_progress_counter`.
 
     Raises
     ------
@@ -129,7 +130,7 @@ def run_benchmark(
     stamps = {name: _stamp(path) for name, path in clips.items()}
     known: set[str] = set()
     if partial and resume and partial.exists():
-        for result in read_partial(partial, settings, stamps):
+        for result in read_unfinished_benchmark(partial, settings, stamps):
             if result.clip not in known:
                 known.add(result.clip)
                 summary.add(result)
@@ -147,7 +148,7 @@ def run_benchmark(
                 if file:
                     line = {**result.to_json(), "stamp": stamps[result.clip]}
                     text = json.dumps(line, ensure_ascii=False, separators=(",", ":"))
-                    file.write(escaped(text) + "\n")
+                    file.write(escape_invalid_utf8(text) + "\n")
                     file.flush()
                 tell(result.clip)
         except KeyboardInterrupt:
@@ -161,15 +162,17 @@ def _results(
 ) -> Iterator[ClipResult]:
     """Yield the results of clips in order of completion. A failing clip does not end the run."""
     items = [(clips[name], name) for name in todo]
-    for (_, name), result in each(functools.partial(_run_item, settings), items, workers):
+    for (_, name), result in map_in_processes(
+        functools.partial(_run_item, settings), items, workers
+    ):
         if isinstance(result, Exception):
-            yield ClipResult(name, problems=(reason(name, result),))
+            yield ClipResult(name, problems=(describe_failure(name, result),))
         else:
             yield result
 
 
 def _run_item(settings: BenchmarkSettings, item: tuple[Path, str]) -> ClipResult:
-    return run_clip(*item, settings)
+    return run_clip_benchmark(*item, settings)
 
 
 def _stamp(path: Path) -> tuple[int, int]:
@@ -181,7 +184,7 @@ def _stamp(path: Path) -> tuple[int, int]:
     return status.st_size, status.st_mtime_ns
 
 
-def read_partial(
+def read_unfinished_benchmark(
     path: Path, settings: BenchmarkSettings, stamps: dict[str, tuple[int, int]]
 ) -> Iterator[ClipResult]:
     """Yield the stored results of clips that have not changed and had no problems.
@@ -203,7 +206,7 @@ def read_partial(
         for line in file:
             try:
                 document = parsed_json(line)
-                result = result_from_json(document)
+                result = benchmark_result_from_json(document)
                 unchanged = tuple(document["stamp"]) == stamps.get(result.clip)
             except (FormatError, AttributeError, KeyError, TypeError, ValueError):
                 continue

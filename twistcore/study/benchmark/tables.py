@@ -19,7 +19,7 @@ from twistcore.study.benchmark.hinge import LABEL as HINGE_LABEL
 from twistcore.study.benchmark.hinge import WHY as HINGE_WHY
 from twistcore.study.benchmark.runner import BenchmarkSummary
 from twistcore.study.benchmark.tally import MICRO, Key, Tally
-from twistcore.study.evaluation import segment_order
+from twistcore.study.evaluation import segment_sort_key
 from twistcore.synthesis import parse_protocol
 
 SCHEMA = "twistcore.benchmark/1"
@@ -91,7 +91,7 @@ class BenchmarkRow:
         }
 
 
-def make_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[BenchmarkRow]:
+def benchmark_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[BenchmarkRow]:
     """Return the rows of each protocol, sorted by side and segment.
 
     The rows for all chains come first, then the rows for chains without natural events.
@@ -123,7 +123,7 @@ def _places(keys: Iterable[Key]) -> list[tuple[str, str]]:
     """Return (side, segment) of each table row: the segments of each side, then the totals."""
     both = {(k.side, k.segment) for k in keys}
     sides = sorted({side for side, _ in both if side})
-    segments = sorted({segment for _, segment in both}, key=segment_order)
+    segments = sorted({segment for _, segment in both}, key=segment_sort_key)
     lines = [(side, s) for side in sides for s in segments if (side, s) in both]
     lines += [(side, OVERALL) for side in sides]
     lines += [("", s) for s in segments]
@@ -175,14 +175,14 @@ def _loss(measured: Sequence[Fidelity]) -> float:
     return round(100.0 - median([f.kept for f in measured]) / 1e4, 4)
 
 
-def method_label(method: str) -> str:
+def benchmark_method_label(method: str) -> str:
     """Return the name of a method in tables."""
     if method == HINGE:
         return HINGE_LABEL
     return BASELINES[method].label if method in BASELINES else method
 
 
-def method_description(method: str) -> str:
+def benchmark_method_description(method: str) -> str:
     """Return a one-line description of a method."""
     if method in BASELINES:
         return BASELINES[method].why
@@ -192,7 +192,7 @@ def method_description(method: str) -> str:
     return info.note or info.measures.rstrip(".") or "detector, τ auto"
 
 
-def protocol_text(name: str) -> str:
+def benchmark_protocol_description(name: str) -> str:
     """Return a one-line description of a protocol and its passes."""
     protocol = parse_protocol(name)
     if protocol.clean:
@@ -216,18 +216,20 @@ def benchmark_to_json(
         "dropped_frames": summary.dropped,
         "seeds": list(settings.seeds),
         "auditor": settings.auditor,
-        "protocols": [{"name": p, "text": protocol_text(p)} for p in settings.protocols],
+        "protocols": [
+            {"name": p, "text": benchmark_protocol_description(p)} for p in settings.protocols
+        ],
         "methods": [
             {
                 "name": m,
-                "label": method_label(m),
+                "label": benchmark_method_label(m),
                 "detector": m in DETECTORS,
                 "oracle": m in BASELINES and BASELINES[m].oracle,
-                "text": method_description(m),
+                "text": benchmark_method_description(m),
             }
             for m in settings.methods
         ],
-        "rows": [row.to_json() for row in make_rows(summary, settings)],
+        "rows": [row.to_json() for row in benchmark_rows(summary, settings)],
         "filtering": fidelity_rows(summary, settings),
         "natural_events": [{"clip": clip, **event.to_json()} for clip, event in summary.events],
         "problems": [{"clip": clip, "problem": problem} for clip, problem in summary.problems],

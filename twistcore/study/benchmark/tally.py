@@ -107,7 +107,7 @@ def add_tallies(total: Tallies, more: Mapping[Key, Tally]) -> None:
         total[key] = total[key] + tally if key in total else tally
 
 
-def error_tally(before: Array, after: Array) -> Tally:
+def tally_error_angles(before: Array, after: Array) -> Tally:
     """Return a tally of the error frames of a chain.
 
     `before` and `after` are the angles of the error before and after the correction, radians in [0,

@@ -212,7 +212,7 @@ def bound_checks(
             yield bar
 
 
-def bar_table(lines: Sequence[BoundCheck]) -> str:
+def bound_check_table(lines: Sequence[BoundCheck]) -> str:
     """Return a Markdown table of bound checks."""
     head = "| check | in the paper | bar | here | |\n|---|---|---|---|---|\n"
     return head + "\n".join(bar.line() for bar in lines) + "\n"

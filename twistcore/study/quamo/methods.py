@@ -12,15 +12,20 @@ from twistcore.quamo.network import Network
 from twistcore.quamo.state_space import EXACT, FIRST_ORDER, NETWORK_DT, Gains
 from twistcore.quamo.tracker import HandGains, track
 from twistcore.skeleton.rotation import Array
-from twistcore.study.quamo.pose_errors import lag_parts
+from twistcore.study.quamo.pose_errors import lag_numerator_and_denominator
 from twistcore.study.quamo.representations import (
     REPRESENTATIONS,
     Representation,
-    full_turns,
+    has_root_discontinuity,
     track_coordinates,
-    track_places,
+    track_root_positions,
 )
-from twistcore.study.quamo.rivals import RIVALS, Rival, constant_offset, mean_offset
+from twistcore.study.quamo.rivals import (
+    RIVALS,
+    Rival,
+    add_constant_rotation_offset,
+    mean_rotation_offset,
+)
 from twistcore.study.quamo.sequences import Sequence24
 from twistcore.study.quamo.tables import CONDITIONS, Method, noisy_clip
 
@@ -44,18 +49,18 @@ def baseline_methods(sequences: Sequence[Sequence24]) -> dict[str, Method]:
     def offset(subject: str) -> Array:
         others = [s for s in sequences if s.subject != subject] or sequences
         noise = CONDITIONS[-1].noise
-        return mean_offset((noisy_clip(s, noise, _TRAIN_SEED)[0], s.q) for s in others)
+        return mean_rotation_offset((noisy_clip(s, noise, _TRAIN_SEED)[0], s.q) for s in others)
 
     def rival_method(rival: Rival) -> Method:
         return lambda _, q_hat, r_hat: rival.run(q_hat, r_hat, NETWORK_DT)
 
     return {
-        "constant offset": lambda s, q, r: (constant_offset(q, offset(s.subject)), r),
+        "constant offset": lambda s, q, r: (add_constant_rotation_offset(q, offset(s.subject)), r),
         **{rival.name: rival_method(rival) for rival in RIVALS},
     }
 
 
-def hand_method(gains: Gains | None = None, integration: str = EXACT) -> Method:
+def hand_tuned_method(gains: Gains | None = None, integration: str = EXACT) -> Method:
     """Return a method that tracks clips at 25 Hz with hand-tuned gains."""
 
     def run(_: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
@@ -65,25 +70,25 @@ def hand_method(gains: Gains | None = None, integration: str = EXACT) -> Method:
     return run
 
 
-def hand_both_ways(_: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
+def hand_tuned_both_ways(_: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
     """Track forward and backward in time with hand-tuned gains at 25 Hz."""
     found = track_both_ways(q_hat, r_hat, NETWORK_DT, HandGains())
     return found.q, found.r
 
 
-def root_in_substeps(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
+def track_root_in_substeps(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
     """Track with hand-tuned gains and six Euler steps per frame for the root [Le26 supp. F]."""
-    q, _ = hand_method()(clip, q_hat, r_hat)
-    return q, track_places(r_hat, NETWORK_DT, Gains(), _ROOT_SUBSTEPS)
+    q, _ = hand_tuned_method()(clip, q_hat, r_hat)
+    return q, track_root_positions(r_hat, NETWORK_DT, Gains(), _ROOT_SUBSTEPS)
 
 
-def hand_methods() -> dict[str, Method]:
+def hand_tuned_methods() -> dict[str, Method]:
     """Return the methods with hand-tuned gains, which do not need training."""
     return {
-        HAND: hand_method(),
-        HAND_FIRST_ORDER: hand_method(integration=FIRST_ORDER),
-        HAND_ALPHA: hand_method(Gains(ka=HAND_ACCELERATION)),
-        HAND_ROOT_SUBSTEPS: root_in_substeps,
+        HAND: hand_tuned_method(),
+        HAND_FIRST_ORDER: hand_tuned_method(integration=FIRST_ORDER),
+        HAND_ALPHA: hand_tuned_method(Gains(ka=HAND_ACCELERATION)),
+        HAND_ROOT_SUBSTEPS: track_root_in_substeps,
     }
 
 
@@ -93,7 +98,7 @@ def representation_methods() -> dict[str, Method]:
     def method(rep: Representation) -> Method:
         return lambda _, q_hat, r_hat: (
             track_coordinates(q_hat, NETWORK_DT, rep, Gains()),
-            track_places(r_hat, NETWORK_DT, Gains()),
+            track_root_positions(r_hat, NETWORK_DT, Gains()),
         )
 
     return {rep.name: method(rep) for rep in REPRESENTATIONS}
@@ -112,9 +117,9 @@ def learned_method(by_subject: Mapping[str, Network], *, both_ways: bool = False
     return run
 
 
-def turning_clips(sequences: Sequence[Sequence24]) -> tuple[Sequence24, ...]:
+def clips_with_discontinuities(sequences: Sequence[Sequence24]) -> tuple[Sequence24, ...]:
     """Return the clips in which the root crosses a discontinuity of at least one representation."""
-    return tuple(s for s in sequences if full_turns(s.q))
+    return tuple(s for s in sequences if has_root_discontinuity(s.q))
 
 
 def measured_lags(
@@ -132,7 +137,9 @@ def measured_lags(
             q, r = method(sequence, sequence.q[:, None], sequence.r[:, None])
             here = sequence.places_mm(q[:, 0], r[:, 0])
             truth = sequence.places_mm(sequence.q, sequence.r)
-            sums[0] += lag_parts(here - here[:, :1], truth - truth[:, :1], NETWORK_DT)
-            sums[1] += lag_parts(here[:, 0], truth[:, 0], NETWORK_DT)
+            sums[0] += lag_numerator_and_denominator(
+                here - here[:, :1], truth - truth[:, :1], NETWORK_DT
+            )
+            sums[1] += lag_numerator_and_denominator(here[:, 0], truth[:, 0], NETWORK_DT)
         found[name] = 1000.0 * sums[:, 0] / sums[:, 1]
     return found

@@ -71,7 +71,7 @@ class Noise:
 LIMBS = ((1, 4, 7, 10), (2, 5, 8, 11), (16, 18, 20, 22), (17, 19, 21, 23))
 
 
-def add_noise(
+def add_pose_noise(
     q: Array,
     r: Array,
     noise: Noise,
@@ -104,12 +104,12 @@ def add_noise(
     level = noise.level
     share = math.sqrt(0.5) if noise.systematic else 1.0
     smooth, white = np.radians(level.smooth), np.radians(level.white)
-    bend = share * smooth * wandering(frames, (joints, 3), rng, dt)
+    bend = share * smooth * gaussian_smoothed_noise(frames, (joints, 3), rng, dt)
     if noise.systematic:
         bend = bend + share * smooth * rng.standard_normal((joints, 3))
     bend = bend + white * rng.standard_normal((frames, joints, 3))
     q_hat = multiply(exponential(bend), q)
-    away = rng.uniform(*level.root_smooth) * wandering(frames, (3,), rng, dt)
+    away = rng.uniform(*level.root_smooth) * gaussian_smoothed_noise(frames, (3,), rng, dt)
     away = away + level.root_white * rng.standard_normal((frames, 3))
     r_hat = r + DEPTH_WEIGHTS * away / unit
     if noise.bursts:
@@ -117,7 +117,9 @@ def add_noise(
     return q_hat, r_hat
 
 
-def wandering(frames: int, shape: tuple[int, ...], rng: np.random.Generator, dt: float) -> Array:
+def gaussian_smoothed_noise(
+    frames: int, shape: tuple[int, ...], rng: np.random.Generator, dt: float
+) -> Array:
     """Return white noise smoothed by a Gaussian of 0.75 s, with unit variance, (frames, *shape)."""
     sigma = SMOOTH_SECONDS / dt
     margin = math.ceil(4.0 * sigma)

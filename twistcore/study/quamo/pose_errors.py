@@ -9,7 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from twistcore.analysis.quality.figure import foot_slide, in_contact, mean_distance, root_aligned
+from twistcore.analysis.quality.figure import (
+    foot_contact_mask,
+    foot_slide,
+    mean_distance,
+    root_aligned,
+)
 from twistcore.skeleton.rotation import Array
 
 METRICS = ("MPJPE", "P-MPJPE", "Accel", "G-MPJPE", "GRE", "G-Accel", "FS")
@@ -45,7 +50,7 @@ def pose_metrics(found: Array, truth: Array) -> Errors:
         g_mpjpe=mean_distance(found, truth),
         gre=mean_distance(found[:, 0], truth[:, 0]),
         g_accel=mean_distance(second_difference(found), second_difference(truth)),
-        fs=foot_slide(found, in_contact(truth)),
+        fs=foot_slide(found, foot_contact_mask(truth)),
     )
 
 
@@ -54,7 +59,7 @@ def second_difference(places: Array) -> Array:
     return places[:-2] - 2.0 * places[1:-1] + places[2:]
 
 
-def lag_parts(found: Array, truth: Array, dt: float) -> tuple[float, float]:
+def lag_numerator_and_denominator(found: Array, truth: Array, dt: float) -> tuple[float, float]:
     """Return the numerator and the denominator of the lag of positions.
 
     With the true positions x* and velocities v*, these are −Σ (x − x*)·v* and Σ v*·v*. Their

@@ -21,7 +21,7 @@ from twistcore.study.quamo.bars import (
     STEPS,
     TURNS,
     BoundCheck,
-    bar_table,
+    bound_check_table,
     bound_checks,
 )
 from twistcore.study.quamo.methods import (
@@ -31,15 +31,15 @@ from twistcore.study.quamo.methods import (
     HAND,
     SPLINE,
     baseline_methods,
-    hand_both_ways,
-    hand_methods,
+    clips_with_discontinuities,
+    hand_tuned_both_ways,
+    hand_tuned_methods,
     learned_method,
     measured_lags,
     representation_methods,
-    turning_clips,
 )
 from twistcore.study.quamo.pose_errors import METRICS
-from twistcore.study.quamo.representations import open_loop_drift
+from twistcore.study.quamo.representations import quaternion_integration_errors
 from twistcore.study.quamo.rivals import RIVALS
 from twistcore.study.quamo.sequences import Sequence24, split_into_windows
 from twistcore.study.quamo.tables import (
@@ -86,7 +86,7 @@ def evaluation_report(
         for name in (BOTH_WAYS, SPLINE)
         for k, what in enumerate(("joints", "the root"))
     ]
-    parts = [_heading(sequences, seeds), bar_table(lines)]
+    parts = [_heading(sequences, seeds), bound_check_table(lines)]
     parts += _tables(scores, methods)
     parts.append(_lag_table(late))
     document = _document("evaluation", scores, lines, seeds)
@@ -111,12 +111,12 @@ def _evaluated(sequences: Sequence[Sequence24], networks: Networks) -> dict[str,
     known = baseline_methods(sequences)
     offline = {rival.name for rival in RIVALS if not rival.causal}
     methods = {name: method for name, method in known.items() if name not in offline}
-    methods[HAND] = hand_methods()[HAND]
+    methods[HAND] = hand_tuned_methods()[HAND]
     full = networks.get("full")
     if full:
         methods[FULL] = learned_method(full)
     methods |= {name: known[name] for name in known if name in offline}
-    methods[BOTH_WAYS] = hand_both_ways
+    methods[BOTH_WAYS] = hand_tuned_both_ways
     if full:
         methods[FULL_BOTH_WAYS] = learned_method(full, both_ways=True)
     return methods
@@ -140,11 +140,11 @@ def ablation_report(
     learned: dict[str, Method] = {
         f"learned, {v}": learned_method(networks[v]) for v in VARIANTS if networks.get(v)
     }
-    steps = {**hand_methods(), **learned}
+    steps = {**hand_tuned_methods(), **learned}
     scores = score_methods(sequences, steps, seeds, tell=tell)
-    turns = turning_clips(everything)
+    turns = clips_with_discontinuities(everything)
     others = representation_methods()
-    shown = {HAND: hand_methods()[HAND], **others}
+    shown = {HAND: hand_tuned_methods()[HAND], **others}
     tell(f"representations on {len(turns)} turning clips")
     turned = score_methods(turns, shown, seeds, tell=tell) if turns else None
     lines: list[BoundCheck] = []
@@ -152,7 +152,7 @@ def ablation_report(
         lines += bound_checks(scores, condition, STEPS)
         if turned:
             lines += bound_checks(turned, condition, TURNS)
-    parts = [_heading(sequences, seeds), bar_table(lines)]
+    parts = [_heading(sequences, seeds), bound_check_table(lines)]
     parts.append(_paper_steps())
     parts += _tables(scores, steps)
     if turned:
@@ -209,7 +209,7 @@ def _drift() -> list[tuple[str, float, float, float]]:
     """
     found = []
     for name, speed in SPEEDS:
-        exact, first_order = np.degrees(open_loop_drift(speed, NETWORK_DT)).tolist()
+        exact, first_order = np.degrees(quaternion_integration_errors(speed, NETWORK_DT)).tolist()
         found.append((name, speed, exact, first_order))
     return found
 

@@ -57,14 +57,14 @@ REPRESENTATIONS = (
 )
 
 
-def coordinates(q: Array, representation: Representation) -> Array:
+def rotation_coordinates(q: Array, representation: Representation) -> Array:
     """Return the principal coordinates of rotations (…, 4) in each frame, shape (…, 3)."""
     if representation.order:
         return euler_from_quaternion(representation.order, q)
     return logarithm(q)
 
 
-def from_coordinates(x: Array, representation: Representation) -> Array:
+def rotations_from_coordinates(x: Array, representation: Representation) -> Array:
     """Return the rotations with the given coordinates (…, 3), shape (…, 4)."""
     if representation.order:
         return quaternion_from_euler(representation.order, x)
@@ -75,7 +75,7 @@ def track_coordinates(
     q_hat: Array, dt: float, representation: Representation, gains: Gains
 ) -> Array:
     """Track rotations (frames, …, 4) by their three coordinates, starting at rest."""
-    reference = coordinates(q_hat, representation)
+    reference = rotation_coordinates(q_hat, representation)
     x = np.empty_like(reference)
     x[0] = reference[0]
     rate = np.zeros_like(x[0])
@@ -86,10 +86,10 @@ def track_coordinates(
         rate = rate + dt * (0.5 * gains.kp * error - gains.kd * rate)
         rate = np.clip(rate, -gains.clip, gains.clip)
         x[t] = x[t - 1] + dt * rate
-    return from_coordinates(x, representation)
+    return rotations_from_coordinates(x, representation)
 
 
-def track_places(r_hat: Array, dt: float, gains: Gains, steps: int = 1) -> Array:
+def track_root_positions(r_hat: Array, dt: float, gains: Gains, steps: int = 1) -> Array:
     """Track root positions (frames, …, 3) like the tracker, starting at rest in the first frame.
 
     `steps` is the number of Euler steps per frame, all towards the same reference. Earlier work
@@ -105,18 +105,18 @@ def track_places(r_hat: Array, dt: float, gains: Gains, steps: int = 1) -> Array
     return r
 
 
-def full_turns(q: Array) -> bool:
+def has_root_discontinuity(q: Array) -> bool:
     """Return True if a clip's root crosses a discontinuity of at least one representation.
 
     `q` has the shape (frames, joints, 4).
     """
     return any(
-        bool((np.abs(np.diff(coordinates(q[:, 0], rep), axis=0)) > np.pi).any())
+        bool((np.abs(np.diff(rotation_coordinates(q[:, 0], rep), axis=0)) > np.pi).any())
         for rep in REPRESENTATIONS
     )
 
 
-def open_loop_drift(speed: float, dt: float) -> tuple[float, float]:
+def quaternion_integration_errors(speed: float, dt: float) -> tuple[float, float]:
     """Return the errors of exact and of first-order integration, in this order, in radians.
 
     The errors are measured after 100 steps of `dt` seconds at constant speed, in rad/s.

@@ -18,12 +18,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import butter, savgol_filter, sosfilt, sosfilt_zi, sosfiltfilt
 
-from twistcore.quamo.spline import CUTOFF, PLACE_SHARE, smoothed
-from twistcore.quamo.state_space import aligned
+from twistcore.quamo.spline import CUTOFF, PLACE_SHARE, smoothed_by_spline
+from twistcore.quamo.state_space import align_hemisphere
 from twistcore.skeleton.rotation import (
     Array,
     conjugate,
-    continuous_signs,
+    continuous_quaternion_signs,
     exponential,
     logarithm,
     multiply,
@@ -73,7 +73,7 @@ def one_euro_rotations(q_hat: Array, dt: float, setting: Setting) -> Array:
     q = q_hat.copy()
     turning = np.zeros((*q_hat.shape[1:-1], 3))
     for t in range(1, len(q)):
-        reference = aligned(q_hat[t], q_hat[t - 1])
+        reference = align_hemisphere(q_hat[t], q_hat[t - 1])
         rate = logarithm(multiply(reference, conjugate(q_hat[t - 1]))) / dt
         turning = turning + _share(cutoff, dt) * (rate - turning)
         a = _share(lowest + slope * np.linalg.norm(turning, axis=-1), dt)
@@ -82,7 +82,7 @@ def one_euro_rotations(q_hat: Array, dt: float, setting: Setting) -> Array:
     return q
 
 
-def one_euro_places(r_hat: Array, dt: float, setting: Setting) -> Array:
+def one_euro_positions(r_hat: Array, dt: float, setting: Setting) -> Array:
     """Filter positions with the One-Euro filter [Casiez12].
 
     `setting` is the same as in :func:`one_euro_rotations`, but with the increase in Hz per m/s.
@@ -109,7 +109,7 @@ def butterworth(x: Array, dt: float, setting: Setting) -> Array:
     return smooth
 
 
-def butterworth_both(x: Array, dt: float, setting: Setting) -> Array:
+def butterworth_zero_phase(x: Array, dt: float, setting: Setting) -> Array:
     """Filter forward and backward with a Butterworth low-pass filter, without delay.
 
     `setting` contains the order and the cut-off frequency in Hz.
@@ -133,45 +133,61 @@ def savitzky_golay(x: Array, dt: float, setting: Setting) -> Array:
     return smooth
 
 
-def spline(x: Array, dt: float, setting: Setting) -> Array:
+def spline_filter(x: Array, dt: float, setting: Setting) -> Array:
     """Smooth like `quamo refine --method spline`. `setting` is the cut-off frequency in Hz."""
-    return smoothed(x, setting[0], dt)
+    return smoothed_by_spline(x, setting[0], dt)
 
 
-def of_components(filtered: Smooth) -> Smooth:
+def filter_quaternion_components(filtered: Smooth) -> Smooth:
     """Return a filter for rotations that applies `filtered` to the quaternion components."""
 
     def rotations(q_hat: Array, dt: float, setting: Setting) -> Array:
-        return normalise(filtered(continuous_signs(q_hat), dt, setting))
+        return normalise(filtered(continuous_quaternion_signs(q_hat), dt, setting))
 
     return rotations
 
 
 # These settings were printed by benchmarks.quamo_tune_rivals.
 RIVALS = (
-    Rival("One-Euro", True, one_euro_rotations, one_euro_places, (2.5, 3.0, 4.0), (5.0, 2.0, 1.0)),
-    Rival("Butterworth", True, of_components(butterworth), butterworth, (1.0, 7.0), (1.0, 6.0)),
+    Rival(
+        "One-Euro", True, one_euro_rotations, one_euro_positions, (2.5, 3.0, 4.0), (5.0, 2.0, 1.0)
+    ),
+    Rival(
+        "Butterworth",
+        True,
+        filter_quaternion_components(butterworth),
+        butterworth,
+        (1.0, 7.0),
+        (1.0, 6.0),
+    ),
     Rival(
         "Butterworth, file",
         False,
-        of_components(butterworth_both),
-        butterworth_both,
+        filter_quaternion_components(butterworth_zero_phase),
+        butterworth_zero_phase,
         (2.0, 4.5),
         (2.0, 3.0),
     ),
     Rival(
         "Savitzky-Golay, file",
         False,
-        of_components(savitzky_golay),
+        filter_quaternion_components(savitzky_golay),
         savitzky_golay,
         (13.0, 5.0),
         (17.0, 4.0),
     ),
-    Rival("spline, file", False, of_components(spline), spline, (CUTOFF,), (PLACE_SHARE * CUTOFF,)),
+    Rival(
+        "spline, file",
+        False,
+        filter_quaternion_components(spline_filter),
+        spline_filter,
+        (CUTOFF,),
+        (PLACE_SHARE * CUTOFF,),
+    ),
 )
 
 
-def mean_offset(pairs: Iterable[tuple[Array, Array]]) -> Array:
+def mean_rotation_offset(pairs: Iterable[tuple[Array, Array]]) -> Array:
     """Return the mean rotation vector from the input to the truth for each joint, (joints, 3).
 
     `pairs` contains the noisy and the true rotations (q̂, q) of each training clip. The result
@@ -182,7 +198,7 @@ def mean_offset(pairs: Iterable[tuple[Array, Array]]) -> Array:
     return mean
 
 
-def constant_offset(q_hat: Array, offset: Array) -> Array:
+def add_constant_rotation_offset(q_hat: Array, offset: Array) -> Array:
     """Rotate each joint of the input by a constant rotation that was fitted on training clips."""
     return multiply(exponential(offset), q_hat)
 

@@ -11,11 +11,11 @@ import numpy as np
 
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip_files import BVH, clips_in
-from twistcore.quamo.resample import resampled, sample_times
-from twistcore.quamo.topology import CMU_UNIT, find_topology, places_24
+from twistcore.formats.clip_files import BVH, clip_paths_in_folder
+from twistcore.quamo.resample import interpolate_poses_at_times, network_sample_times
+from twistcore.quamo.topology import CMU_UNIT, find_network_joints, smpl_joint_positions
 from twistcore.skeleton.rotation import Array
-from twistcore.work.processes import each, reason
+from twistcore.work.processes import describe_failure, map_in_processes
 
 HELD_OUT = ("01", "05", "06", "14")
 
@@ -49,7 +49,7 @@ class Sequence24:
 
         `q` are poses, (…, 24, 4), and `r` are root positions in metres, (…, 3).
         """
-        return 1000.0 * places_24(self.offsets, q, r)
+        return 1000.0 * smpl_joint_positions(self.offsets, q, r)
 
 
 def read_sequence(path: Path) -> Sequence24:
@@ -60,14 +60,16 @@ def read_sequence(path: Path) -> Sequence24:
     """
     motion = read_bvh(path).motion
     try:
-        topology = find_topology(motion.skeleton)
+        topology = find_network_joints(motion.skeleton)
     except TwistError as error:
         raise TwistError(f"{path}: {error}") from None
     if 0 not in motion.positioned or motion.frames < 20:
         raise TwistError(f"{path}: expected root positions and at least 20 frames")
     motion = motion.sliced(1, motion.frames)
-    times = sample_times(motion.frames, motion.frame_time)
-    q, r = resampled(topology.reduced(motion.rotations), motion.translation(0), times)
+    times = network_sample_times(motion.frames, motion.frame_time)
+    q, r = interpolate_poses_at_times(
+        topology.reduced(motion.rotations), motion.translation(0), times
+    )
     subject = re.split(r"[_ ]", path.stem)[0]
     r = CMU_UNIT * (r - r[:1] * np.array([1.0, 0.0, 1.0]))
     return Sequence24(path.stem, subject, q, r, CMU_UNIT * topology.offsets)
@@ -82,14 +84,16 @@ def split_into_windows(sequences: Sequence[Sequence24], frames: int) -> tuple[Se
     )
 
 
-def read_folder(folder: Path) -> tuple[tuple[Sequence24, ...], tuple[str, ...]]:
+def read_sequence_folder(folder: Path) -> tuple[tuple[Sequence24, ...], tuple[str, ...]]:
     """Return a folder's BVH clips, sorted by name, and a sentence for each unusable clip.
 
     Raises TwistError if there is no BVH file.
     """
-    paths = clips_in(folder, suffixes=BVH)
+    paths = clip_paths_in_folder(folder, suffixes=BVH)
     if not paths:
         raise TwistError(f"{folder}: expected a folder with BVH files")
-    found = list(each(read_sequence, paths, workers=1))
-    bad = tuple(reason(path, error) for path, error in found if isinstance(error, Exception))
+    found = list(map_in_processes(read_sequence, paths, workers=1))
+    bad = tuple(
+        describe_failure(path, error) for path, error in found if isinstance(error, Exception)
+    )
     return tuple(s for _, s in found if isinstance(s, Sequence24)), bad

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from twistcore.skeleton.rotation import Array
-from twistcore.study.quamo.noise import LEVELS, Noise, add_noise
+from twistcore.study.quamo.noise import LEVELS, Noise, add_pose_noise
 from twistcore.study.quamo.pose_errors import METRICS, pose_metrics
 from twistcore.study.quamo.sequences import Sequence24
-from twistcore.synthesis import generator
+from twistcore.synthesis import clip_random_generator
 
 # A method is a function of a clip and of noisy versions of its poses (frames, versions, 24, 4) and
 # root positions (frames, versions, 3), and returns such poses and positions. The clip's subject was
@@ -120,8 +120,10 @@ def noisy_clip(sequence: Sequence24, noise: Noise, seed: int) -> tuple[Array, Ar
 
     The noise depends only on the seed, the clip's name and the kind of noise.
     """
-    rng = generator(seed, sequence.name, _ORDER.index(noise.level), int(noise.systematic))
-    return add_noise(sequence.q, sequence.r, noise, rng)
+    rng = clip_random_generator(
+        seed, sequence.name, _ORDER.index(noise.level), int(noise.systematic)
+    )
+    return add_pose_noise(sequence.q, sequence.r, noise, rng)
 
 
 def scores_to_json(scores: Scores) -> dict[str, Any]:

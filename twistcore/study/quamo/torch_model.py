@@ -12,7 +12,7 @@ import numpy as np
 
 from twistcore.errors import TwistError
 from twistcore.quamo import network as net
-from twistcore.quamo.state_space import NETWORK_DT, increment
+from twistcore.quamo.state_space import NETWORK_DT, reference_increment
 from twistcore.quamo.topology import JOINTS, PARENTS
 from twistcore.skeleton.rotation import Array
 
@@ -56,12 +56,20 @@ def track_windows(
     """
     first = np.where(q_hat[:, 0, :, :1] < 0.0, -q_hat[:, 0], q_hat[:, 0])
     delta = np.stack(
-        [increment(q_hat[:, t], q_hat[:, t - 1]) for t in range(1, q_hat.shape[1])], axis=1
+        [reference_increment(q_hat[:, t], q_hat[:, t - 1]) for t in range(1, q_hat.shape[1])],
+        axis=1,
     )
     curvature = np.diff(delta, axis=1, prepend=delta[:, :1])
-    reference, place, bend = (tensor(torch, x).unbind(dim=1) for x in (q_hat, r_hat, curvature))
+    reference, place, bend = (
+        float32_tensor(torch, x).unbind(dim=1) for x in (q_hat, r_hat, curvature)
+    )
     q, omega, r, v = _start(
-        torch, w, tensor(torch, first), tensor(torch, delta[:, 0]), place[0], place[1]
+        torch,
+        w,
+        float32_tensor(torch, first),
+        float32_tensor(torch, delta[:, 0]),
+        place[0],
+        place[1],
     )
     poses, places = [q], [r]
     for t in range(1, q_hat.shape[1]):
@@ -167,9 +175,9 @@ def _moved(torch: Any, q: Tensor, phi: Tensor, exact: bool) -> Tensor:
     return _multiply(torch, turn, q)
 
 
-def relative_places(torch: Any, q: Tensor, offsets: Array) -> Tensor:
+def root_relative_positions(torch: Any, q: Tensor, offsets: Array) -> Tensor:
     """Return joint positions relative to the root, (windows, frames, 23, 3)."""
-    bone = tensor(torch, offsets)[:, None].expand(-1, q.shape[1], -1, -1)
+    bone = float32_tensor(torch, offsets)[:, None].expand(-1, q.shape[1], -1, -1)
     # A single unbind computes one gradient for all joints instead of 24.
     local, bones = q.unbind(dim=2), bone.unbind(dim=2)
     turned, place = [local[0]], [torch.zeros_like(bones[0])]
@@ -220,6 +228,6 @@ def _turned(torch: Any, v: Tensor, cos: Tensor, sin: Tensor) -> Tensor:
     return torch.cat([_into(torch, v[:, :1], cos[:, None], sin[:, None]), v[:, 1:]], dim=1)
 
 
-def tensor(torch: Any, values: Array) -> Tensor:
+def float32_tensor(torch: Any, values: Array) -> Tensor:
     """Return an array as a float32 tensor of the same shape."""
     return torch.as_tensor(np.asarray(values, dtype=np.float32))

@@ -20,18 +20,18 @@ from numpy.typing import NDArray
 from twistcore.errors import TwistError
 from twistcore.files.atomic import write_atomically
 from twistcore.quamo import network as net
-from twistcore.quamo.network import Network, untrained
+from twistcore.quamo.network import Network, untrained_network
 from twistcore.quamo.topology import MIRROR
 from twistcore.skeleton.rotation import Array, exponential, logarithm, multiply
-from twistcore.study.quamo.noise import LEVELS, Noise, add_noise
+from twistcore.study.quamo.noise import LEVELS, Noise, add_pose_noise
 from twistcore.study.quamo.sequences import Sequence24
 from twistcore.study.quamo.torch_model import (
     Step,
     Tensor,
+    float32_tensor,
     import_torch,
     make_step,
-    relative_places,
-    tensor,
+    root_relative_positions,
     track_windows,
 )
 
@@ -124,7 +124,7 @@ def train(
     if not starts:
         raise TwistError(f"expected a clip of at least {settings.window} frames at 25 Hz")
     torch.manual_seed(settings.seed)
-    first = untrained(
+    first = untrained_network(
         settings.width,
         settings.init_width,
         np.random.default_rng([settings.seed, 1]),
@@ -206,7 +206,11 @@ def _pose_statistics(
     rng = np.random.default_rng([settings.seed, 3])
     spread = _spread(sequences)
     poses = np.concatenate(
-        [net.pose_inputs(_augmented(s, rng, spread)[0]) for s in sequences for _ in range(2)]
+        [
+            net.network_pose_inputs(_augmented(s, rng, spread)[0])
+            for s in sequences
+            for _ in range(2)
+        ]
     )
     return {
         "pose.mean": poses.mean(axis=0).astype(np.float32),
@@ -240,16 +244,16 @@ def _augmented(
     c, s = np.cos(yaw), np.sin(yaw)
     r = np.stack([c * r[:, 0] + s * r[:, 2], r[:, 1], c * r[:, 2] - s * r[:, 0]], axis=1)
     noise = Noise(LEVELS[str(rng.choice(list(LEVELS)))], systematic=bool(rng.random() < 0.5))
-    q_hat, r_hat = add_noise(q, r, noise, rng)
+    q_hat, r_hat = add_pose_noise(q, r, noise, rng)
     return q_hat, r_hat, q, r, offsets
 
 
 def window_loss(torch: Any, w: dict[str, Tensor], batch: Batch, step: Step) -> Tensor:
     """Return the sum of the L1 errors of positions and of their second differences, in metres."""
     q, r = track_windows(torch, w, batch.q_hat, batch.r_hat, step)
-    found, found_r = relative_places(torch, q, batch.offsets), r
-    truth = relative_places(torch, tensor(torch, batch.q), batch.offsets)
-    truth_r = tensor(torch, batch.r)
+    found, found_r = root_relative_positions(torch, q, batch.offsets), r
+    truth = root_relative_positions(torch, float32_tensor(torch, batch.q), batch.offsets)
+    truth_r = float32_tensor(torch, batch.r)
 
     def bent(x: Tensor) -> Tensor:
         return x[:, :-2] - 2.0 * x[:, 1:-1] + x[:, 2:]
