@@ -19,7 +19,7 @@ from scipy.stats import spearmanr
 
 from benchmarks.real_corrections import clips_of
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.batch import clip_severity
+from twistcore.batch import measure_clip_severity
 from twistcore.errors import TwistError
 from twistcore.formats.reading import read_clip
 from twistcore.skeleton.motion import Motion, forward_kinematics
@@ -62,7 +62,7 @@ def main() -> None:
     for path in (p for folder in given.folders for p in clips_of(folder)):
         try:
             motion = read_clip(path).motion
-            ours.append(clip_severity(analyse(motion).detect()))
+            ours.append(measure_clip_severity(analyse(motion).detect()))
         except TwistError as error:
             print(f"left out: {error}")
             continue

@@ -25,7 +25,7 @@ from twistcore.detection import DEFAULT_METHOD, DETECTORS
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip_files import BVH, clip_paths_in_folder
 from twistcore.skeleton.rotation import Array
-from twistcore.tuning import GRID, TauCurve, prepare_clip_tuning, tau_curve
+from twistcore.tuning import GRID, TauCurve, injected_tau_curve, prepare_clip_tuning
 from twistcore.tuning.injected_curve import PROTOCOLS
 
 
@@ -59,7 +59,9 @@ def try_clip(path: Path, method: str, seeds: Sequence[int]) -> list[Tried]:
     out = []
     for chain in map(tuning.clean.chain, tuning.names):
         given = {"name": path.name, "method": method, "seeds": seeds}
-        trials = {p: tau_curve(tuning.clean, chain, **given, protocols=(p,)) for p in PROTOCOLS}
+        trials = {
+            p: injected_tau_curve(tuning.clean, chain, **given, protocols=(p,)) for p in PROTOCOLS
+        }
         alarms = [len(automatic_corrections(as_is.intervals(chain.name, t))) for t in GRID]
         out.append(Tried(chain.name, tuning.curve(chain.name), trials, np.array(alarms)))
     return out

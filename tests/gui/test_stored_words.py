@@ -19,8 +19,9 @@ from inspector.folder.clip_table import clip_table
 from inspector.folder.queued_clip import FAR_AWAY, ClipState, QueuedClip, reason_text
 from inspector.panels.interval_filter import FilterLine
 from inspector.panels.reason_palette import ReasonPalette
-from inspector.panels.reject_reasons import REASONS, reject_reason_in_english,
-translate_reject_reason from PySide6.QtWidgets import QWidget
+from inspector.panels.reject_reasons import REASONS
+from inspector.panels.reject_reasons import reject_reason_in_english, translate_reject_reason
+from PySide6.QtWidgets import QWidget
 """
 
 

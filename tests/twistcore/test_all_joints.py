@@ -14,7 +14,7 @@ from tests.tiers import parametrize
 from tests.twistcore.two_people import two_people
 from twistcore.analysis.clip_analysis import BODY_STEP_DOUBT, analyse
 from twistcore.analysis.correction.twist_removal import automatic_corrections
-from twistcore.batch.clip_severity import clip_severity
+from twistcore.batch.clip_severity import measure_clip_severity
 from twistcore.batch.gates import broken_rules, parse_batch_rule
 from twistcore.cli import main
 from twistcore.detection import Kind
@@ -136,7 +136,7 @@ def test_a_place_that_jumps_is_found():
     assert finds(motion) == [("place jump", "Hips", 150, 151)]
     (jump,) = analyse(motion).detect()
     assert jump.evidence["way_percent"] == pytest.approx(10.0, abs=1.0)
-    assert clip_severity(analyse(motion).detect()) > 0.0
+    assert measure_clip_severity(analyse(motion).detect()) > 0.0
 
 
 def stepping(frame, degrees=8.0):
@@ -259,7 +259,7 @@ def test_rules_count_them_only_by_name():
     motion = turned(turned(WALK, "Neck", 150, 151, 40.0), "LeftToeBase", 200, 201, 70.0)
     found = analyse(motion).detect()
     result = {"intervals": intervals_to_json(found), "frames": WALK.frames, "unchecked": ""}
-    result |= {"severity": clip_severity(found), "affected_frames": 0}
+    result |= {"severity": measure_clip_severity(found), "affected_frames": 0}
     record = SimpleNamespace(name="walk.bvh", state="done", result=result)
 
     def is_broken(rule):
@@ -273,7 +273,7 @@ def test_rules_count_them_only_by_name():
 
 def test_severity_counts_them_by_angle_and_by_what_hangs_on_the_joint():
     def bad(joint, degrees):
-        return clip_severity(analyse(turned(WALK, joint, 150, 151, degrees)).detect())
+        return measure_clip_severity(analyse(turned(WALK, joint, 150, 151, degrees)).detect())
 
     assert bad("Spine", 60.0) > bad("Spine", 40.0) > 0.0
     assert bad("Spine", 60.0) > bad("LeftForeArm", 60.0) > bad("LeftToeBase", 60.0) > 0.0

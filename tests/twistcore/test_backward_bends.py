@@ -10,7 +10,7 @@ import twistcore as tc
 from tests.conftest import ASSETS
 from tests.twistcore.test_registry import run
 from twistcore.analysis.correction.twist_removal import remove_twist
-from twistcore.batch import clip_severity
+from twistcore.batch import measure_clip_severity
 from twistcore.detection.backward_bends import Hinge, find_backward_bends, hinge_of
 from twistcore.detection.evidence import ChainSignals
 from twistcore.detection.finding import KindSearch
@@ -209,6 +209,7 @@ def test_the_commands_show_it_and_gates_count_it_only_on_request(tmp_path):
 
 def test_it_counts_in_the_severity_for_its_whole_length():
     short, long = (
-        clip_severity(tc.detect(bent(WALK, "LeftUpLeg", 30.0, 150, stop))) for stop in (190, 230)
+        measure_clip_severity(tc.detect(bent(WALK, "LeftUpLeg", 30.0, 150, stop)))
+        for stop in (190, 230)
     )
-    assert long > short > clip_severity(tc.detect(WALK)) == 0.0
+    assert long > short > measure_clip_severity(tc.detect(WALK)) == 0.0

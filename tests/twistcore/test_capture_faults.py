@@ -17,7 +17,7 @@ from tests.twistcore.test_noise_bursts import ARM, HAND, START, STOP, WALK, nois
 from twistcore.analysis.clip_analysis import REPAIRED, analyse
 from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.analysis.why_not import Why, why_no_interval_edge
-from twistcore.batch.clip_severity import clip_severity
+from twistcore.batch.clip_severity import measure_clip_severity
 from twistcore.batch.gates import broken_rules, parse_batch_rule
 from twistcore.cli.interval_words import kind_counts_text, uncorrectable_counts
 from twistcore.detection import Kind
@@ -221,7 +221,7 @@ def test_gates_count_them_only_where_asked(found):
 
 def test_severity_does_not_count_them(found):
     faults = replace(found, intervals=tuple(i for i in found if i.kind in FAULTS))
-    assert clip_severity(faults) == 0.0
+    assert measure_clip_severity(faults) == 0.0
 
 
 def test_a_frame_in_a_burst_is_explained_by_it(found):

@@ -131,6 +131,7 @@ def test_the_largest_deviation_does_not_depend_on_the_order_of_joints():
         found = largest_deviation(a, b)
         assert (found.joint in ("LeftArm", *ARM_BELOW), found.frame) == (True, 104)
         assert found.degrees == pytest.approx(40.0)
+        assert found.position == pytest.approx(way.max())
         assert found.of_height == pytest.approx(way.max() / HEIGHT)
     assert largest_deviation(WALK, reordered(WALK)).degrees < 1e-5
     for other_motion in (WALK.sliced(0, 100), _with(names=("Pelvis", *SKELETON.names[1:]))):

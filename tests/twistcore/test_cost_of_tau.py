@@ -18,9 +18,9 @@ from twistcore.tuning import (
     DrawnErrors,
     TauCurve,
     Verdicts,
+    injected_tau_curve,
     prepare_clip_tuning,
     shared_tau,
-    tau_curve,
     total_tuning_cost,
 )
 from twistcore.tuning.drawn_errors import poisson_confidence_interval
@@ -92,7 +92,9 @@ def test_the_band_holds_what_many_draws_bring(walk_tuning, method):
     tuning = walk_tuning[method]
     chain = tuning.clean.chain("LeftForeArm")
     parts = [
-        tau_curve(tuning.clean, chain, name="w", method=method, seeds=range(3 * k, 3 * k + 3))
+        injected_tau_curve(
+            tuning.clean, chain, name="w", method=method, seeds=range(3 * k, 3 * k + 3)
+        )
         for k in range(20)
     ]
     whole = reduce(add, parts)

@@ -72,8 +72,9 @@ from twistcore.formats.clip_files import clip_paths_in_folder
 here = Path({str(tmp_path)!r})
 clip = tc.read_clip(here / "walk.comma")
 print(clip.motion.frames, companion_file_prefix("walk.comma"), CLIP_PATTERNS)
-print([path.name for path in clip_paths_in_folder(here)], is_clip_without_motion(here /
-"empty.comma")) main(["detect", str(here / "walk.comma")])
+names = [path.name for path in clip_paths_in_folder(here)]
+print(names, is_clip_without_motion(here / "empty.comma"))
+main(["detect", str(here / "walk.comma")])
 """
     done = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True,

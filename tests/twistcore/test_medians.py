@@ -63,6 +63,6 @@ def test_noise_is_measured_without_loading_scipy():
         "import sys, numpy as np; from twistcore.detection.noise_bursts import joint_noise_level; "
     )
     code += "angles = np.random.default_rng(0).normal(0.0, 12.0, (300, 3)); angles[:200] *= 0.01; "
-    code += "assert noise_level(np.diff(angles, axis=0), 30.0).any(); "
+    code += "assert joint_noise_level(np.diff(angles, axis=0), 30.0).any(); "
     code += "sys.exit('scipy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
@@ -223,6 +223,7 @@ def test_moved_roots_are_written_into_trans_and_nothing_else(walk, tmp_path):
     st.integers(0, 2**32 - 1), st.integers(1, 40), st.floats(0.0, 0.15), st.integers(-2, 2),
     st.sampled_from(["both", "before", "after"]),
 )  # fmt: skip
+@example(0, 36, 0.140625, -2, "after")  # one turn more at the start than at the end
 def test_vectors_go_on_from_their_neighbours_and_mean_the_rotation(seed, frames, step, turns, side):
     """A line of vectors that passes half turns and whole ones is found again from its rotations."""
     rng = np.random.default_rng(seed)

@@ -12,7 +12,7 @@ import numpy as np
 
 from twistcore.analysis.clip_analysis import ALL_KINDS, Detection, analyse
 from twistcore.analysis.quality.figure import figure_quality
-from twistcore.batch.clip_severity import clip_severity
+from twistcore.batch.clip_severity import measure_clip_severity
 from twistcore.batch.parameters import Parameters
 from twistcore.detection import Kind
 from twistcore.export.detection_json import detection_tau_degrees, intervals_to_json
@@ -99,7 +99,7 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
         "intervals": intervals_to_json(found),
         "counts": {kind.value: counts[kind] for kind in Kind},
         "affected_frames": int(wrong.sum()),
-        "severity": clip_severity(found),
+        "severity": measure_clip_severity(found),
         "degrees": {"max": largest, "rms": rms},
         "chains": [chain.name for chain in chains],
         "unchecked": found.not_examined,

@@ -21,7 +21,7 @@ _SEEN = 0.1  # seconds for which a viewer notices an edge, a jump or a spike
 _REACH = 0.35
 
 
-def clip_severity(found: Detection) -> float:
+def measure_clip_severity(found: Detection) -> float:
     """Return the severity of a clip in degrees: the root mean square of all visible errors.
 
     The mean is over the clip's frames. The weight of an interval depends on its angle, its joint,
@@ -36,7 +36,8 @@ def clip_severity(found: Detection) -> float:
 def severity_of_intervals(
     finds: Iterable[tuple[Interval, Chain]], frames: int, fps: float
 ) -> float:
-    """Return the severity of a clip's errors in degrees, as defined in :func:`clip_severity`.
+    """Return the severity of a clip's errors in degrees, as defined in
+    :func:`measure_clip_severity`.
 
     `finds` contains a pair of interval and chain for each error in the clip. `frames` is the number
     of frames of the clip, and `fps` is its frame rate.

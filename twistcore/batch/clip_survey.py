@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.batch.clip_severity import clip_severity
+from twistcore.batch.clip_severity import measure_clip_severity
 from twistcore.detection import DEFAULT_METHOD
 from twistcore.export.exported_clips import without_exports
 from twistcore.formats.clip_files import clip_paths_in_folder
@@ -93,7 +93,7 @@ def survey_clip(
     tau = profile.of(analysis.chains_and_limbs)
     found = analysis.detect(profile.method or DEFAULT_METHOD, tau_radians=tau)
     frames, fps = clip.motion.frames, clip.motion.fps
-    bad, missing = clip_severity(found), clip.missing_frames
+    bad, missing = measure_clip_severity(found), clip.missing_frames
     return ClipSurvey(
         path,
         frames,

@@ -144,13 +144,16 @@ class Deviation:
         The largest angle between world rotations of a joint, in degrees.
     joint, frame
         The joint and the frame in which this angle occurs.
+    position
+        The largest distance between positions of a joint, in the file's unit.
     of_height
-        The largest distance between positions of a joint, as a fraction of the skeleton's height.
+        The same distance, as a fraction of the skeleton's height.
     """
 
     degrees: float
     joint: str
     frame: int
+    position: float
     of_height: float
 
 
@@ -168,7 +171,7 @@ def largest_deviation(a: Motion, b: Motion) -> Deviation:
     frame, joint = np.unravel_index(int(angle.argmax()), angle.shape)
     way = float(vector_lengths(placed[:, own] - places).max())
     degrees = float(np.degrees(angle.max()))
-    return Deviation(degrees, names[joint], int(frame), way / b.skeleton.height)
+    return Deviation(degrees, names[joint], int(frame), way, way / b.skeleton.height)
 
 
 def move_to_json(move: JointMove) -> dict[str, Any]:

@@ -12,7 +12,7 @@ The command `twistcore tune` and the tuning tab of the window use this package.
 from twistcore.tuning.cleaning import Verdicts, without_known_errors
 from twistcore.tuning.clip_curves import ClipTuning, clip_tau_curves, prepare_clip_tuning
 from twistcore.tuning.drawn_errors import DrawnErrors
-from twistcore.tuning.injected_curve import GRID, Span, tau_curve
+from twistcore.tuning.injected_curve import GRID, Span, injected_tau_curve
 from twistcore.tuning.profile import Profile, read_profile, write_profile
 from twistcore.tuning.shared_tau import SharedTau, shared_tau
 from twistcore.tuning.tau_curve import Cost, TauCurve, Tuned, tau_with_cost, total_tuning_cost
@@ -29,10 +29,10 @@ __all__ = [
     "Tuned",
     "Verdicts",
     "clip_tau_curves",
+    "injected_tau_curve",
     "prepare_clip_tuning",
     "read_profile",
     "shared_tau",
-    "tau_curve",
     "tau_with_cost",
     "total_tuning_cost",
     "without_known_errors",

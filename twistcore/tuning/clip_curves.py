@@ -26,7 +26,7 @@ from twistcore.tuning.cleaning import (
     unjudged_certain_errors,
     without_known_errors,
 )
-from twistcore.tuning.injected_curve import GRID, Span, tau_curve
+from twistcore.tuning.injected_curve import GRID, Span, injected_tau_curve
 from twistcore.tuning.listed_intervals import ListCounts, count_listed_intervals
 from twistcore.tuning.tau_curve import TauCurve
 from twistcore.tuning.verdicts_of import check_method_and_chains, check_session_version, verdicts_in
@@ -82,7 +82,7 @@ class ClipTuning:
     def curve(self, chain: str) -> TauCurve:
         """Return the τ curve of the chain with the given name, which must be in `names`."""
         spans = [(start, stop) for name, start, stop in self.verdicts.natural if name == chain]
-        curve = tau_curve(
+        curve = injected_tau_curve(
             self.clean,
             self.clean.chain(chain),
             name=self.name,

@@ -36,7 +36,7 @@ GRID = np.radians([*_BELOW, *np.geomspace(0.5, 30.0, 42), *_ABOVE])
 PROTOCOLS = ("P0", "H6")  # errors as in the paper, and small ones, which limit τ
 
 
-def tau_curve(
+def injected_tau_curve(
     clip: ClipAnalysis,
     chain: Chain,
     *,

@@ -40,7 +40,9 @@ def continuous_rotation_vectors(
     axis = axis / np.where(size > _NONE, size, 1.0)[:, None]
     edges = [v[None] for v in (before, after) if v is not None]
     most = np.linalg.norm(np.concatenate([own, *edges]), axis=1).max()
-    whole = min(int(most / _TURN) + 1, _MOST_TURNS)
+    # Each time the rotation passes a half turn, its shortest vector changes to the opposite side.
+    passes = int((np.linalg.norm(np.diff(short, axis=0), axis=1) > np.pi).sum())
+    whole = min(int(most / _TURN) + 1 + passes, _MOST_TURNS)
     turns = _TURN * np.arange(-whole, whole + 1)
     choices = short[:, None] + turns[:, None] * axis[:, None]  # (n, turns, 3)
     cost = _OWN * np.linalg.norm(choices - own[:, None], axis=2)
