@@ -23,13 +23,24 @@ from numpy.typing import NDArray
 
 from twistcore.detection.all_joints.finders import find_joint_jumps
 from twistcore.detection.cuts import find_cuts
+from twistcore.detection.eased_ends import correction_end_angles, ease_frame_count
 from twistcore.detection.finding import Found, KindSearch
-from twistcore.detection.interval import Interval, Kind
+from twistcore.detection.interval import Interval, Kind, eased_offset
 from twistcore.detection.lone_jumps import (
     chain_of_joint,
     largest_natural_turn,
     own_bone_axis,
     twist_per_frame,
+)
+from twistcore.detection.roll_levels import (
+    RollLevel,
+    circular_mean,
+    is_calm_around,
+    is_confirmed_by_roll,
+    jump_angle_about,
+    levels_without_natural_motion,
+    own_bone_jump_angles,
+    undoes_any,
 )
 from twistcore.detection.turned_ends import turned_end_spans
 from twistcore.skeleton.chain import Chain
@@ -39,6 +50,7 @@ from twistcore.skeleton.rotation import (
     Array,
     geodesic_angle,
     multiply,
+    quaternion_from_axis_angle,
     twist_angle,
     twist_reliability,
     wrap,
@@ -47,7 +59,9 @@ from twistcore.work.frozen import dataclass
 
 # Minimum turn per frame at an edge of a stretch. In slow captures, the limit of lone jumps applies.
 JUMP = math.radians(60.0)
-OFF = math.radians(75.0)  # a smaller difference from the usual roll may be motion
+# A smaller difference from the usual roll may be motion. If the angles of the jumps are known, the
+# limit is JUMP.
+OFF = math.radians(75.0)
 ALIKE = math.radians(45.0)  # maximum difference between rolls that are considered equal
 TURNED = math.radians(120.0)  # no joint rolls farther than this from its rest pose
 MOST = 0.6  # minimum share of the frames with the usual roll
@@ -55,20 +69,6 @@ _ENOUGH = 0.1  # minimum share of the clip in which a joint has a roll that may 
 SHORTEST, FEWEST = 0.1, 3  # minimum duration in seconds and in frames; a shorter one is a spike
 MOST_JUMPS = 8  # if a joint jumps more often, only its jumps are listed
 _DEFINED = 0.5  # minimum of :func:`twist_reliability`, which is low near a swing of 180°
-
-
-@dataclass(frozen=True)
-class _Level:
-    """Frames [start, stop) between two jumps of a joint, and its mean roll there, in radians."""
-
-    start: int
-    stop: int
-    roll: float
-
-    @property
-    def frames(self) -> int:
-        """The number of frames between the two jumps."""
-        return self.stop - self.start
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,38 +107,73 @@ class _Clip:
         return _Clip(motion, at, chain_of_joint(search.chains), listed)
 
     def jumps(self, joint: int) -> list[int]:
-        """Return the first frames of a joint's jumps about its own bone."""
+        """Return the first frames of a joint's jumps about its own bone.
+
+        In slow captures, they include slower jumps in calm motion, and the jumps that undo them.
+        """
         axis = own_bone_axis(self.motion.skeleton, joint)
         if axis is None:
             return []
-        return self._too_fast(twist_per_frame(self.motion.rotations[:, joint], axis))
+        turns = twist_per_frame(self.motion.rotations[:, joint], axis)
+        jumps = self._too_fast(turns)
+        if largest_natural_turn(self.motion.fps) > OFF:
+            roll, fps = roll_about_own_bone(self.motion, joint), self.motion.fps
+            slower = own_bone_jump_angles(self.motion, joint, self._too_fast(turns, OFF))
+            sure = {
+                at: turn
+                for at, turn in slower.items()
+                if at in jumps
+                or (is_calm_around(turns, at) and is_confirmed_by_roll(roll, at, turn, fps))
+            }
+            undone = [at for at, turn in slower.items() if undoes_any(turn, sure.values())]
+            jumps = sorted({*jumps, *sure, *undone})
+        return jumps
 
-    def levels(self, joint: int) -> list[_Level]:
+    def levels(self, joint: int) -> list[RollLevel]:
         """Return the levels (frames of nearly constant roll) between the jumps of a joint.
 
         The joint may jump about any axis. The levels are sorted by start. The result is empty if
         the joint has no bone.
+
+        A hand may roll as far by itself as by the error. If the angle of a jump about the bone is
+        known, the rolls before and after it are therefore assumed to differ by exactly this angle.
+        The angle is known if a later jump undoes the jump, or if the roll shortly before and after
+        the jump confirms it.
         """
         rotations = self.motion.rotations[:, joint]
         jumps = self._too_fast(np.append(0.0, geodesic_angle(rotations[:-1], rotations[1:])))
-        borders = {0, *jumps, *self.listed.get(joint, ()), self.motion.frames}
+        own = self.jumps(joint)
+        borders = {0, *jumps, *own, *self.listed.get(joint, ()), self.motion.frames}
         roll = roll_about_own_bone(self.motion, joint)
         defined = np.isfinite(roll)
-        return [
-            _Level(start, stop, _mean(roll[start:stop][defined[start:stop]]))
+        levels = [
+            RollLevel(start, stop, circular_mean(roll[start:stop][defined[start:stop]]))
             for start, stop in pairwise(sorted(borders))
             if defined[start:stop].any()
         ]
+        turns = own_bone_jump_angles(self.motion, joint, own)
+        sure = [
+            at
+            for at, turn in turns.items()
+            if is_confirmed_by_roll(roll, at, turn, self.motion.fps)
+        ]
+        return levels_without_natural_motion(levels, turns, sure, shortest=self.shortest)
 
-    def _too_fast(self, turns: Array) -> list[int]:
-        """Return the frames, except at cuts, in which a joint rotates faster than a body can.
+    def _too_fast(self, turns: Array, limit: float | None = None) -> list[int]:
+        """Return the frames, except at cuts, in which a joint rotates faster than `limit`.
 
-        `turns` contains the rotation angles since the previous frame, in radians, (frames,).
+        `turns` contains the rotation angles since the previous frame, in radians, (frames,). By
+        default, the limit is the fastest rotation of a body.
         """
-        fast = np.abs(turns) > max(JUMP, largest_natural_turn(self.motion.fps))
+        fast = np.abs(turns) > (limit or max(JUMP, largest_natural_turn(self.motion.fps)))
         fast &= ~find_cuts(self.motion) if fast.any() else True
         found: list[int] = np.flatnonzero(fast).tolist()
         return found
+
+    @property
+    def shortest(self) -> float:
+        """The minimum length of a stretch in frames."""
+        return max(SHORTEST * self.motion.fps, FEWEST)
 
     def expected(self, joint: int) -> tuple[float | None, bool]:
         """Return a joint's correct roll in radians, and True if it is derived from the rest pose.
@@ -152,6 +187,16 @@ class _Clip:
             if rest is not None and self._has_mirrored(joint, rest):
                 return rest, True
         return usual, False
+
+    def wrong(self, joint: int) -> tuple[float, bool, list[RollLevel]]:
+        """Return the result of :meth:`expected`, and the levels whose roll is wrong.
+
+        The levels are sorted by start. There are none if the correct roll is unknown.
+        """
+        usual, by_rest = self.expected(joint)
+        if usual is None:
+            return 0.0, False, []
+        return usual, by_rest, list(_wrong(self.levels(joint), usual, self.shortest))
 
     def _has_mirrored(self, joint: int, roll: float) -> bool:
         """Return True if the opposite joint of the body has the mirrored roll in enough frames."""
@@ -177,21 +222,18 @@ def find_stretches(search: KindSearch) -> Found:
 
 def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
     clip, ends = search.once(_Clip.of), turned_end_spans(search)
-    shortest = max(SHORTEST * clip.motion.fps, FEWEST)
     found: dict[str, list[Interval]] = {}
     for joint, chain in clip.owner.items():
         if not 1 <= len(clip.jumps(joint)) <= MOST_JUMPS:
             continue
-        usual, by_rest = clip.expected(joint)
-        if usual is None:
-            continue
-        for level in _wrong(clip.levels(joint), usual, shortest):
+        usual, by_rest, wrong = clip.wrong(joint)
+        for level in wrong:
             start, stop = np.searchsorted(clip.at, (level.start, level.stop)).tolist()
             if (joint, start, stop) in ends:
                 continue
             turn = float(wrap(level.roll - usual))
             one = stretch_interval(search, chain.name, joint, (start, stop), turn)
-            explain = partial(_explained, one.joint, turn, one.residual, by_rest=by_rest)
+            explain = partial(_evidence, one, turn, clip.motion.fps, by_rest=by_rest)
             one = replace(one, offset=np.zeros(one.frames), explain=explain)
             found.setdefault(chain.name, []).append(one)
     return found
@@ -220,15 +262,20 @@ def stretch_interval(
     clip, (start, stop) = search.once(_Clip.of), span
     edges = int(clip.at[start]), int(clip.at[stop - 1]) + 1
     delta = stretch_angle_at_jumps(clip.motion, joint, edges, turn)
+    offset = np.full(stop - start, delta)
+    if clip.motion.frames == search.motion.frames:  # repeated frames stay equal
+        ends = correction_end_angles(clip.motion, joint, edges, delta)
+        if ends != (delta, delta):
+            offset = eased_offset(delta, ends, stop - start, ease_frame_count(clip.motion.fps))
     return Interval(
         chain,
         start,
         stop,
-        np.full(stop - start, delta),
+        offset,
         open=True,
         residual=delta,
         kind=Kind.STRETCH,
-        carried=is_followed_by_children(clip.motion, joint, edges),
+        carried=is_followed_by_children(clip.motion, joint, edges, offset),
         joint=clip.motion.skeleton.names[joint],
     )
 
@@ -247,7 +294,7 @@ def roll_deviation(search: KindSearch, joint: int, span: tuple[int, int]) -> Arr
         outside = np.delete(roll, slice(*span))
         if not np.isfinite(outside).any():
             return None
-        usual = _mean(outside[np.isfinite(outside)])
+        usual = circular_mean(outside[np.isfinite(outside)])
     return wrap(roll - usual)
 
 
@@ -265,12 +312,7 @@ def roll_about_own_bone(motion: Motion, joint: int) -> Array:
     return np.where(defined, twist_angle(rotations, axis), np.nan)
 
 
-def _mean(angles: Array) -> float:
-    """Return the circular mean of angles, in radians."""
-    return float(np.arctan2(np.sin(angles).sum(), np.cos(angles).sum()))
-
-
-def _usual(levels: Sequence[_Level]) -> float | None:
+def _usual(levels: Sequence[RollLevel]) -> float | None:
     """Return the roll that a joint has in most frames, in radians, or None if the roll varies."""
     total = sum(level.frames for level in levels)
     for level in sorted(levels, key=lambda one: -one.frames):
@@ -280,7 +322,7 @@ def _usual(levels: Sequence[_Level]) -> float | None:
     return None
 
 
-def _near_rest(levels: Sequence[_Level]) -> float | None:
+def _near_rest(levels: Sequence[RollLevel]) -> float | None:
     """Return the roll of the longest level near the rest pose, in radians.
 
     The result is None if there is no such level or if the level is too short.
@@ -291,22 +333,22 @@ def _near_rest(levels: Sequence[_Level]) -> float | None:
     return longest.roll if longest and longest.frames >= _ENOUGH * total else None
 
 
-def _wrong(levels: Sequence[_Level], usual: float, shortest: float) -> Iterator[_Level]:
+def _wrong(levels: Sequence[RollLevel], usual: float, shortest: float) -> Iterator[RollLevel]:
     """Yield levels with a roll far from the usual roll, after joining adjacent similar levels.
 
     `shortest` is the minimum length of a level in frames.
     """
-    found: list[_Level] = []
+    found: list[RollLevel] = []
     for level in levels:
-        if abs(wrap(level.roll - usual)) < OFF:
+        if abs(wrap(level.roll - usual)) < (JUMP if level.sure else OFF):
             continue
         if found and found[-1].stop == level.start and _alike(found[-1], level):
-            level = _Level(found.pop().start, level.stop, level.roll)
+            level = RollLevel(found.pop().start, level.stop, level.roll)
         found.append(level)
     return (level for level in found if level.frames >= shortest)
 
 
-def _alike(a: _Level, b: _Level) -> bool:
+def _alike(a: RollLevel, b: RollLevel) -> bool:
     return bool(abs(wrap(a.roll - b.roll)) <= ALIKE)
 
 
@@ -326,48 +368,59 @@ def stretch_angle_at_jumps(
     for at, sign in zip(edges, (1.0, -1.0), strict=True):
         if not 0 < at < motion.frames:
             continue
-        first, last = max(at - 2, 0), min(at + 2, motion.frames)
-        turns = twist_per_frame(motion.rotations[first:last, joint], axis)[1:]
-        own = at - 1 - first
-        natural = min(np.delete(turns, own).tolist(), key=abs, default=0.0)
-        jump = wrap(sign * (turns[own] - natural))
+        jump = sign * jump_angle_about(motion, joint, axis, at)
         if abs(wrap(jump - turn)) <= ALIKE:
-            jumps.append(float(jump))
-    return _mean(np.array(jumps)) if jumps else turn
+            jumps.append(jump)
+    return circular_mean(np.array(jumps)) if jumps else turn
 
 
-def is_followed_by_children(motion: Motion, joint: int, edges: tuple[int, int]) -> bool:
+def is_followed_by_children(
+    motion: Motion, joint: int, edges: tuple[int, int], offset: Array
+) -> bool:
     """Return True if the children of a joint jump with it at the edges of a stretch.
 
-    In this case, their local rotations jump less than their orientation relative to the joint's
-    parent. The result is also True if a child has no rotation channels, because the rotation of
-    such a child cannot be corrected.
+    In this case, their local rotations jump less than they would if a correction by `offset`, in
+    radians, kept their orientations. The result is also True if a child has no rotation channels,
+    because the rotation of such a child cannot be corrected.
     """
     children, rotatable = motion.skeleton.children[joint], motion.skeleton.rotatable
     if rotatable is not None and not all(rotatable[child] for child in children):
         return True
-    own = seen = 0.0
-    for at in edges:
+    axis = own_bone_axis(motion.skeleton, joint)
+    assert axis is not None
+    own = kept = 0.0
+    for at, angles in zip(edges, ((0.0, offset[0]), (offset[-1], 0.0)), strict=True):
         if 0 < at < motion.frames:
-            above = motion.rotations[at - 1 : at + 1, joint]
+            ahead = quaternion_from_axis_angle(axis, np.array(angles))
             for child in children:
                 below = motion.rotations[at - 1 : at + 1, child]
                 own += float(geodesic_angle(*below))
-                seen += float(geodesic_angle(*multiply(above, below)))
-    return own <= seen
+                kept += float(geodesic_angle(*multiply(ahead, below)))
+    return own <= kept
 
 
-def _explained(joint: str, roll: float, turn: float, *, by_rest: bool) -> dict[str, float | str]:
+def _evidence(
+    stretch: Interval, roll: float, fps: float, *, by_rest: bool
+) -> dict[str, float | str]:
     """Return the evidence for a stretch, keyed by name.
 
-    `roll` is the difference from the correct roll and `turn` is the angle of the correction, both
-    in radians. `by_rest` is True if the correct roll is derived from the rest pose.
+    `stretch` has the offset of the correction. `roll` is the difference from the correct roll, in
+    radians. `by_rest` is True if the correct roll is derived from the rest pose.
     """
+    turn = math.degrees(stretch.residual)
     compared = "the rest pose and the other side" if by_rest else "the rest of the clip"
-    return {
-        "joint": joint,
-        "turn_deg": math.degrees(turn),
+    evidence: dict[str, float | str] = {
+        "joint": stretch.joint,
+        "turn_deg": turn,
         "roll_deg": math.degrees(roll),
         "compared_with": compared,
-        "correction_deg": math.degrees(turn),  # the field's name in the first version
+        "correction_deg": turn,  # the field's name in the first version
     }
+    if (stretch.offset != stretch.residual).any():
+        first, last = np.degrees(stretch.offset[[0, -1]]).tolist()
+        evidence |= {
+            "correction_start_deg": first,
+            "correction_stop_deg": last,
+            "correction_eased_frames": ease_frame_count(fps),
+        }
+    return evidence

@@ -297,7 +297,9 @@ def _reach(scene: CleanScene, method: str, targets: Sequence[Chain]) -> tuple[Ch
     """Return the chains and limbs whose joints may be changed differently than in the clean run."""
     if method in BASELINES and BASELINES[method].whole_body:
         return (*scene.chains, *scene.limbs)
-    if len(targets) > 2:  # errors in many chains at once may look like a cut
+    # Errors in many chains at once may look like a cut, and the other foot or hand shows which roll
+    # of a joint is right.
+    if len(targets) > 2 or scene.protocol.single:
         return (*scene.chains, *scene.limbs)
     return next(group for group in scene.groups if targets[0] in group)
 
