@@ -53,7 +53,8 @@ def test_the_precision_of_the_rest_is_stated_after_enough_verdicts(
     window = two_takes(qtbot, show_window, tmp_path)
     informative = window.informative
     qtbot.waitUntil(lambda: len(informative.ordered) > 3, timeout=60_000)
-    monkeypatch.setattr("inspector.folder.informative_intervals.ENOUGH_STATED", 2)
+    for module in ("inspector.folder.informative_intervals", "twistcore.tuning.stated_precision"):
+        monkeypatch.setattr(f"{module}.ENOUGH_STATED", 2)
     for _ in range(2):
         with qtbot.waitSignal(informative.found, timeout=60_000) as found:
             act(window, "next_informative")
