@@ -13,18 +13,11 @@ from twistcore.detection.turned_ends import (
     APART,
     SMALLEST,
     edge_jump_rotations,
-    end_rotation_per_frame,
     halfway_edge_rotation,
 )
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decide, Decision
-from twistcore.skeleton.rotation import (
-    exponential,
-    geodesic_angle,
-    multiply,
-    normalise,
-    slerp,
-)
+from twistcore.skeleton.rotation import exponential, geodesic_angle, multiply, normalise
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion
 SKELETON = WALK.skeleton
@@ -92,35 +85,6 @@ def test_small_and_unequal_turns_are_not_listed(degrees, back):
     assert turned_ends(flipped(degrees, back)) == []
 
 
-def unevenly_flipped(back):
-    """The walk with a knee that flips by 180°, and by 120° at the end; its foot turns by 90°.
-
-    At the end, the foot turns by another angle, `back`, about another axis.
-    """
-    share = np.linspace(0.0, 1.0, STOP - START)
-    offset = np.radians(180.0 - 60.0 * share)
-    flip = tc.InjectedError(KNEE, START, STOP, offset, kind=tc.Kind.LIMB_FLIP, carried=True)
-    motion = tc.inject(WALK, [flip])
-    rotations = motion.rotations.copy()
-    ends = exponential(np.radians(90.0) * AXIS), exponential(np.radians([back, 0.0, 0.0]))
-    turn = slerp(*ends, share)
-    rotations[START:STOP, FOOT] = normalise(multiply(rotations[START:STOP, FOOT], turn))
-    return motion.with_rotations(rotations)
-
-
-def test_the_foot_is_put_back_by_two_turns_if_the_limb_flips_back_by_another_angle():
-    motion = unevenly_flipped(100.0)
-    (found,) = turned_ends(motion)
-    assert (found.joint, found.start, found.stop) == ("RightFoot", START, STOP)
-    assert found.evidence["apart_deg"] > np.degrees(APART) + 10.0
-    refined = accepted(motion, tc.Kind.LIMB_FLIP, tc.Kind.TURNED_END)
-    left = geodesic_angle(refined.rotations[:, FOOT], WALK.rotations[:, FOOT])
-    assert np.degrees(left.max()) < 8.0
-    steps = geodesic_angle(refined.rotations[:-1, FOOT], refined.rotations[1:, FOOT])
-    usual = geodesic_angle(WALK.rotations[:-1, FOOT], WALK.rotations[1:, FOOT])
-    assert np.degrees(steps.max() - usual.max()) < 2.0
-
-
 def test_a_foot_without_a_flip_is_not_listed():
     rotations = WALK.rotations.copy()
     turn = exponential(np.radians(90.0) * AXIS)
@@ -142,17 +106,8 @@ def test_equal_turns_have_themselves_in_common():
     before, after = WALK.rotations[[10, 30], FOOT]
     edges = np.array([before, multiply(before, turn), -multiply(after, turn), after])
     turns = edge_jump_rotations(edges)
-    for one in (*turns, halfway_edge_rotation(turns), *end_rotation_per_frame(turns, 5)):
+    for one in (*turns, halfway_edge_rotation(turns)):
         assert geodesic_angle(one, turn) == pytest.approx(0.0, abs=1e-6)
-
-
-def test_turns_that_differ_are_spread_evenly():
-    turns = exponential(np.radians(90.0) * AXIS), exponential(np.radians([100.0, 0.0, 0.0]))
-    between = end_rotation_per_frame(turns, 7)
-    np.testing.assert_allclose(between[[0, -1]], turns, atol=1e-9)
-    np.testing.assert_allclose(
-        np.diff(geodesic_angle(between, turns[0])), geodesic_angle(*turns) / 6
-    )
 
 
 def test_at_an_end_of_the_clip_nothing_is_changed():

@@ -5,8 +5,7 @@ correction of the flip either keeps the orientation of the foot or rotates the f
 does not remove the additional rotation: after the correction, the local rotation of the foot jumps
 in the first frame of the flip and jumps back in the frame after the last. If the second jump is
 nearly the inverse of the first jump, the foot was rotated by the first jump in all frames of the
-flip. If the leg flips by another angle at the end than at the start, the foot does so as well. The
-difference is then spread evenly over the flip, as in the correction of the leg.
+flip.
 
 The captured rotation of the foot must jump in the same frames. If only the corrected rotation
 jumps, the flip may be a false alarm, and the jump may come from its correction.
@@ -28,13 +27,11 @@ from twistcore.detection.cuts import find_cuts
 from twistcore.detection.finding import Found, KindSearch
 from twistcore.detection.interval import Interval, Kind, open_interval
 from twistcore.skeleton.limb import Limb
-from twistcore.skeleton.rotation import Array, conjugate, geodesic_angle, multiply, slerp, wrap
+from twistcore.skeleton.rotation import Array, conjugate, geodesic_angle, multiply, slerp
 
 SMALLEST = math.radians(45.0)  # smallest jump at the start and at the end of a flip, radians
 # Largest angle between the first jump and the inverse of the second jump, radians
 APART = math.radians(25.0)
-# The same if the limb itself flips by different angles at the start and at the end, radians
-APART_WITH_LIMB = math.radians(100.0)
 _STILL = np.array([1.0, 0.0, 0.0, 0.0])  # the identity as a quaternion (w, x, y, z)
 
 
@@ -69,18 +66,6 @@ def edge_jump_rotations(rotations: Array) -> tuple[Array, Array]:
 def halfway_edge_rotation(turns: tuple[Array, Array]) -> Array:
     """Return the rotation halfway between the two results of :func:`edge_jump_rotations`, (4,)."""
     return slerp(*turns, 0.5)
-
-
-def end_rotation_per_frame(turns: tuple[Array, Array], frames: int) -> Array:
-    """Return the rotation of a turned end in each frame of its interval, (frames, 4).
-
-    `turns` is the result of :func:`edge_jump_rotations`. If its two rotations are similar, the
-    rotation halfway between them applies to all frames. If not, the rotation changes evenly from
-    the first to the second.
-    """
-    if geodesic_angle(*turns) <= APART:
-        return np.broadcast_to(halfway_edge_rotation(turns), (frames, 4))
-    return slerp(*turns, np.linspace(0.0, 1.0, frames))
 
 
 def turned_end_spans(search: KindSearch) -> frozenset[tuple[int, int, int]]:
@@ -119,8 +104,7 @@ def _turned_ends(search: KindSearch) -> Iterator[Interval]:
         edges = np.concatenate([frames(at - 1, at + 1).rotations[:, end] for at in (start, stop)])
         turns = edge_jump_rotations(edges)
         apart = float(geodesic_angle(*turns))
-        uneven = abs(wrap(flip.offset[-1] - flip.offset[0])) > APART
-        if _smaller(turns) < SMALLEST or apart > (APART_WITH_LIMB if uneven else APART):
+        if _smaller(turns) < SMALLEST or apart > APART:
             continue
         turn = float(geodesic_angle(halfway_edge_rotation(turns), _STILL))
         evidence = {

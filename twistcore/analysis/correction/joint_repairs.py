@@ -15,7 +15,7 @@ import numpy as np
 from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.lone_jumps import own_bone_axis
 from twistcore.detection.runs import runs_of_true
-from twistcore.detection.turned_ends import edge_jump_rotations, end_rotation_per_frame
+from twistcore.detection.turned_ends import edge_jump_rotations, halfway_edge_rotation
 from twistcore.errors import TwistError
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import (
@@ -191,10 +191,8 @@ def interpolate_joint_rotations(motion: Motion, intervals: Sequence[Interval]) -
     return motion.with_rotations(rotations)
 
 
-def undo_end_rotation(motion: Motion, intervals: Sequence[Interval]) -> Motion:
-    """Undo the rotation of a joint in each interval, measured at the interval's edges.
-
-    The rotation is constant, or changes evenly if it differs at the two edges.
+def undo_constant_rotation(motion: Motion, intervals: Sequence[Interval]) -> Motion:
+    """Undo a constant rotation of a joint in each interval, measured at the interval's edges.
 
     All descendants of the joint move with it. Intervals that begin or end the clip, and frames with
     an offset of 0, are not changed.
@@ -206,10 +204,9 @@ def undo_end_rotation(motion: Motion, intervals: Sequence[Interval]) -> Motion:
             if not (start > 0 and stop < motion.frames):
                 continue
             edges = motion.rotations[[start - 1, start, stop - 1, stop], joint]
-            back = conjugate(end_rotation_per_frame(edge_jump_rotations(edges), stop - start))
-            wrong = np.flatnonzero(interval.offset)
-            at = start + wrong
-            rotations[at, joint] = normalise(multiply(rotations[at, joint], back[wrong]))
+            back = conjugate(halfway_edge_rotation(edge_jump_rotations(edges)))
+            at = start + np.flatnonzero(interval.offset)
+            rotations[at, joint] = normalise(multiply(rotations[at, joint], back))
     return motion.with_rotations(rotations)
 
 
@@ -231,4 +228,4 @@ def _sum_of_offsets(intervals: Iterable[Interval], frames: int) -> Array:
 
 TURN_BACK = JointRepair(remove_joint_roll)
 BRIDGE = JointRepair(interpolate_joint_rotations, neighbours=1)
-PUT_BACK = JointRepair(undo_end_rotation, neighbours=1)
+PUT_BACK = JointRepair(undo_constant_rotation, neighbours=1)
