@@ -449,7 +449,7 @@ class ReviewActions:
         judged = self.document.interval
         if judged and judged.interval.kind.info.repairer:
             self.bar.show_message(
-                tr("The offset of this kind of error cannot follow the twist."), False
+                tr("This kind of error has the same offset in all its frames."), False
             )
         elif judged and self.document.data:
             angle = self.document.data.angle(judged.interval.chain)

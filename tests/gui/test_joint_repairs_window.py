@@ -76,7 +76,7 @@ def test_a_stretch_is_reviewed_like_any_other_error(qtbot, opened):
     assert (interval.start, interval.stop, interval.carried) == (205, 260, False)
     assert np.degrees(interval.offset) == pytest.approx(np.full(55, 150.0))
     act(opened, "make_following")
-    assert "cannot follow the twist" in opened.bar.label.text()
+    assert "same offset in all its frames" in opened.bar.label.text()
     assert document.interval.interval is interval
     for _ in range(3):
         press(qtbot, opened, Qt.Key.Key_Z, Qt.KeyboardModifier.ControlModifier)

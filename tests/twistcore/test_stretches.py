@@ -1,6 +1,5 @@
 """Stretches: a joint that jumps about its own bone and stays turned."""
 
-import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -9,11 +8,9 @@ import pytest
 import twistcore as tc
 from tests.conftest import ASSETS
 from tests.twistcore.reviews import spun
-from twistcore.analysis.correction.joint_repairs import JointRepairs
 from twistcore.detection.lone_jumps import own_bone_axis
 from twistcore.detection.stretches import roll_about_own_bone
 from twistcore.skeleton.rotation import (
-    geodesic_angle,
     multiply,
     quaternion_from_axis_angle,
     wrap,
@@ -172,45 +169,3 @@ def test_a_second_jump_inside_a_stretch_divides_it():
     assert [(i.start, i.stop) for i in found] == [(200, 240), (240, 290), (290, FRAMES)]
     turns = [i.evidence["turn_deg"] for i in found]
     assert turns == pytest.approx([175.0, 65.0, 175.0], abs=3.0)
-
-
-def with_ramp(degrees, frames):
-    """The walk with a foot that is upside down from frame 200, and rolls slowly before and after.
-
-    It rolls by `degrees` in some frames before the jump, and by the same angle after it.
-    """
-    motion = WALK.motion
-    at = motion.skeleton.names.index("LeftFoot")
-    roll = np.zeros(FRAMES)
-    roll[200:] = 180.0
-    roll[200 - frames : 200] = np.linspace(0.0, degrees, frames)
-    roll[200 : 200 + frames] = np.linspace(180.0 - degrees, 180.0, frames)
-    turn = quaternion_from_axis_angle(own_bone_axis(motion.skeleton, at), np.radians(roll))
-    rotations = motion.rotations.copy()
-    rotations[:, at] = multiply(rotations[:, at], turn)
-    return motion.with_rotations(rotations), at
-
-
-def largest_step(motion, joint):
-    return np.degrees(geodesic_angle(*(motion.rotations[s, joint] for s in (
-        slice(185, 230), slice(186, 231),
-    ))).max())  # fmt: skip
-
-
-@pytest.mark.parametrize(("degrees", "eased"), [(0.0, False), (50.0, True)])
-def test_the_correction_begins_with_the_jump_if_this_leaves_a_smaller_step(degrees, eased):
-    motion, foot = with_ramp(degrees, 15)
-    (found,) = stretches(motion)
-    assert (found.start, found.stop) == (200, FRAMES)
-    shown = found.for_review
-    assert ("correction_eased_frames" in found.evidence) == eased
-    assert np.degrees(shown.delta) == pytest.approx(found.evidence["correction_deg"], abs=1e-6)
-    constant = shown.with_offset(200, np.full(shown.frames, shown.delta))
-    left = [largest_step(JointRepairs([i]).applied(motion), foot) for i in (shown, constant)]
-    assert left[0] < 10.0
-    assert (left[1] > 60.0) == eased
-    assert np.degrees(wrap(shown.offset[-1] - shown.delta)) == pytest.approx(0.0, abs=1e-6)
-    if eased:
-        assert found.evidence["correction_start_deg"] == pytest.approx(80.0, abs=5.0)
-        again = pickle.loads(pickle.dumps(found))
-        np.testing.assert_array_equal(again.for_review.offset, shown.offset)

@@ -15,7 +15,7 @@ from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-__all__ = ["Interval", "Kind", "circular_median", "eased_offset", "open_interval"]
+__all__ = ["Interval", "Kind", "circular_median", "open_interval"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,21 +116,13 @@ class Interval:
 
         For kinds that are corrected only if a person accepts them, a detected interval has an
         offset of 0, so it is not corrected automatically. In a review, its offset is the value
-        `correction_deg` of the evidence, or `residual` if there is no such value. If the evidence
-        has `correction_eased_frames`, the offset begins with `correction_start_deg`, ends with
-        `correction_stop_deg`, and changes gradually over this number of frames.
+        `correction_deg` of the evidence, or `residual` if there is no such value.
         """
         if not self.kind.info.repairer:
             return self.as_written
-        evidence = self.evidence or {}
-        degrees = evidence.get("correction_deg")
+        degrees = (self.evidence or {}).get("correction_deg")
         turn = self.residual if degrees is None else math.radians(degrees)
-        offset: Array = np.broadcast_to(turn, (self.frames,))
-        if ease := evidence.get("correction_eased_frames"):
-            names = "correction_start_deg", "correction_stop_deg"
-            first, last = (math.radians(evidence[name]) for name in names)
-            offset = eased_offset(turn, (first, last), self.frames, ease)
-        return replace(self, offset=offset).as_written
+        return replace(self, offset=np.broadcast_to(turn, (self.frames,))).as_written
 
     @property
     def frames(self) -> int:
@@ -252,29 +244,6 @@ def open_interval(
         kind=kind,
         joint=evidence["joint"],
     )
-
-
-def eased_offset(turn: float, ends: tuple[float, float], frames: int, ease: int) -> Array:
-    """Return an offset that is constant, except that it begins and ends with other angles.
-
-    Parameters
-    ----------
-    turn
-        The constant angle in radians.
-    ends
-        The first and the last angle in radians.
-    frames
-        The number of frames.
-    ease
-        The maximum number of frames over which the angle changes from and to each of `ends`. It
-        changes in at most a quarter of all frames.
-    """
-    offset = np.full(frames, turn)
-    ease = min(ease, frames // 4)
-    share = 0.5 + 0.5 * np.cos(np.pi * np.arange(ease) / max(ease, 1))
-    offset[:ease] += wrap(ends[0] - turn) * share
-    offset[frames - ease :] += wrap(ends[1] - turn) * share[::-1]
-    return wrap(offset)
 
 
 def circular_median(angles: Array) -> float:

@@ -23,9 +23,8 @@ from numpy.typing import NDArray
 
 from twistcore.detection.all_joints.finders import find_joint_jumps
 from twistcore.detection.cuts import find_cuts
-from twistcore.detection.eased_ends import correction_end_angles, ease_frame_count
 from twistcore.detection.finding import Found, KindSearch
-from twistcore.detection.interval import Interval, Kind, eased_offset
+from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.lone_jumps import (
     chain_of_joint,
     largest_natural_turn,
@@ -50,7 +49,6 @@ from twistcore.skeleton.rotation import (
     Array,
     geodesic_angle,
     multiply,
-    quaternion_from_axis_angle,
     twist_angle,
     twist_reliability,
     wrap,
@@ -233,7 +231,7 @@ def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
                 continue
             turn = float(wrap(level.roll - usual))
             one = stretch_interval(search, chain.name, joint, (start, stop), turn)
-            explain = partial(_evidence, one, turn, clip.motion.fps, by_rest=by_rest)
+            explain = partial(_explained, one.joint, turn, one.residual, by_rest=by_rest)
             one = replace(one, offset=np.zeros(one.frames), explain=explain)
             found.setdefault(chain.name, []).append(one)
     return found
@@ -262,20 +260,15 @@ def stretch_interval(
     clip, (start, stop) = search.once(_Clip.of), span
     edges = int(clip.at[start]), int(clip.at[stop - 1]) + 1
     delta = stretch_angle_at_jumps(clip.motion, joint, edges, turn)
-    offset = np.full(stop - start, delta)
-    if clip.motion.frames == search.motion.frames:  # repeated frames stay equal
-        ends = correction_end_angles(clip.motion, joint, edges, delta)
-        if ends != (delta, delta):
-            offset = eased_offset(delta, ends, stop - start, ease_frame_count(clip.motion.fps))
     return Interval(
         chain,
         start,
         stop,
-        offset,
+        np.full(stop - start, delta),
         open=True,
         residual=delta,
         kind=Kind.STRETCH,
-        carried=is_followed_by_children(clip.motion, joint, edges, offset),
+        carried=is_followed_by_children(clip.motion, joint, edges),
         joint=clip.motion.skeleton.names[joint],
     )
 
@@ -374,53 +367,38 @@ def stretch_angle_at_jumps(
     return circular_mean(np.array(jumps)) if jumps else turn
 
 
-def is_followed_by_children(
-    motion: Motion, joint: int, edges: tuple[int, int], offset: Array
-) -> bool:
+def is_followed_by_children(motion: Motion, joint: int, edges: tuple[int, int]) -> bool:
     """Return True if the children of a joint jump with it at the edges of a stretch.
 
-    In this case, their local rotations jump less than they would if a correction by `offset`, in
-    radians, kept their orientations. The result is also True if a child has no rotation channels,
-    because the rotation of such a child cannot be corrected.
+    In this case, their local rotations jump less than their orientation relative to the joint's
+    parent. The result is also True if a child has no rotation channels, because the rotation of
+    such a child cannot be corrected.
     """
     children, rotatable = motion.skeleton.children[joint], motion.skeleton.rotatable
     if rotatable is not None and not all(rotatable[child] for child in children):
         return True
-    axis = own_bone_axis(motion.skeleton, joint)
-    assert axis is not None
-    own = kept = 0.0
-    for at, angles in zip(edges, ((0.0, offset[0]), (offset[-1], 0.0)), strict=True):
+    own = seen = 0.0
+    for at in edges:
         if 0 < at < motion.frames:
-            ahead = quaternion_from_axis_angle(axis, np.array(angles))
+            above = motion.rotations[at - 1 : at + 1, joint]
             for child in children:
                 below = motion.rotations[at - 1 : at + 1, child]
                 own += float(geodesic_angle(*below))
-                kept += float(geodesic_angle(*multiply(ahead, below)))
-    return own <= kept
+                seen += float(geodesic_angle(*multiply(above, below)))
+    return own <= seen
 
 
-def _evidence(
-    stretch: Interval, roll: float, fps: float, *, by_rest: bool
-) -> dict[str, float | str]:
+def _explained(joint: str, roll: float, turn: float, *, by_rest: bool) -> dict[str, float | str]:
     """Return the evidence for a stretch, keyed by name.
 
-    `stretch` has the offset of the correction. `roll` is the difference from the correct roll, in
-    radians. `by_rest` is True if the correct roll is derived from the rest pose.
+    `roll` is the difference from the correct roll and `turn` is the angle of the correction, both
+    in radians. `by_rest` is True if the correct roll is derived from the rest pose.
     """
-    turn = math.degrees(stretch.residual)
     compared = "the rest pose and the other side" if by_rest else "the rest of the clip"
-    evidence: dict[str, float | str] = {
-        "joint": stretch.joint,
-        "turn_deg": turn,
+    return {
+        "joint": joint,
+        "turn_deg": math.degrees(turn),
         "roll_deg": math.degrees(roll),
         "compared_with": compared,
-        "correction_deg": turn,  # the field's name in the first version
+        "correction_deg": math.degrees(turn),  # the field's name in the first version
     }
-    if (stretch.offset != stretch.residual).any():
-        first, last = np.degrees(stretch.offset[[0, -1]]).tolist()
-        evidence |= {
-            "correction_start_deg": first,
-            "correction_stop_deg": last,
-            "correction_eased_frames": ease_frame_count(fps),
-        }
-    return evidence
