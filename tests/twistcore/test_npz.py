@@ -22,7 +22,7 @@ from twistcore.errors import TwistError
 from twistcore.export.replay import accepted_motion
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import patch_clip, write_clip
-from twistcore.formats.npz import NpzClip, read_npz
+from twistcore.formats.npz import NpzClip, read_npz, vector_branch
 from twistcore.formats.npz.body import BODIES
 from twistcore.formats.npz.vector_branch import continuous_rotation_vectors
 from twistcore.formats.reading import is_clip, read_clip
@@ -237,6 +237,19 @@ def test_vectors_go_on_from_their_neighbours_and_mean_the_rotation(seed, frames,
     found = continuous_rotation_vectors(q, own, before, after)
     assert geodesic_angle(exponential(found), q).max() < 1e-7
     assert np.abs(found - line[1:-1]).max() < 1e-6
+
+
+def test_a_sway_around_a_half_turn_needs_few_choices(monkeypatch):
+    """Each passage changes the shortest vector to the opposite side, but the path winds no turn."""
+    line = (np.pi + 0.1 * np.sin(np.arange(200)))[:, None] * [0.0, 1.0, 0.0]
+    grids = []
+    whole = vector_branch._cheapest
+    monkeypatch.setattr(
+        vector_branch, "_cheapest", lambda c, cost: grids.append(c.shape) or whole(c, cost)
+    )
+    found = continuous_rotation_vectors(exponential(line[1:-1]), line[1:-1], line[0], line[-1])
+    assert np.abs(found - line[1:-1]).max() < 1e-9
+    assert grids[0][1] <= 5
 
 
 def test_a_clip_turned_throughout_stays_near_its_own_vectors():

@@ -11,6 +11,7 @@ from tests.twistcore.reviews import spun
 from twistcore.detection.lone_jumps import own_bone_axis
 from twistcore.detection.stretches import roll_about_own_bone
 from twistcore.skeleton.rotation import (
+    geodesic_angle,
     multiply,
     quaternion_from_axis_angle,
     wrap,
@@ -169,3 +170,19 @@ def test_a_second_jump_inside_a_stretch_divides_it():
     assert [(i.start, i.stop) for i in found] == [(200, 240), (240, 290), (290, FRAMES)]
     turns = [i.evidence["turn_deg"] for i in found]
     assert turns == pytest.approx([175.0, 65.0, 175.0], abs=3.0)
+    made = WALK.motion.with_rotations(rotations)
+    accepted = [
+        replace(i, offset=np.full(i.frames, np.radians(i.evidence["turn_deg"]))) for i in found
+    ]
+    fixed = tc.refine(made, accepted).rotations[:, at]
+    assert np.degrees(geodesic_angle(fixed, WALK.motion.rotations[:, at])).max() < 3.0
+
+
+def test_spikes_elsewhere_do_not_hide_a_stretch():
+    """At 30 Hz, spikes of 115° are slower than a body may be, and confirm no stretch."""
+    slow = replace(WALK.motion.at(np.arange(0, FRAMES, 4)), frame_time=1.0 / 30.0)
+    roll = np.zeros(slow.frames)
+    roll[25:55] = 130.0
+    roll[[5, 12, 62, 69, 76]] += np.array([115.0, -115.0, 115.0, -115.0, 115.0])
+    found = stretches(spun("LeftFoot", 0, slow.frames, roll, slow))
+    assert [(i.joint, i.start, i.stop) for i in found] == [("LeftFoot", 25, 55)]

@@ -135,7 +135,12 @@ def _continued(roll: Array, frames: range, time: float) -> float:
 
 
 def levels_without_natural_motion(
-    levels: Sequence[RollLevel], turns: Mapping[int, float], sure: Sequence[int], *, shortest: float
+    levels: Sequence[RollLevel],
+    turns: Mapping[int, float],
+    sure: Sequence[int],
+    *,
+    shortest: float,
+    frames: int,
 ) -> list[RollLevel]:
     """Return the levels with rolls that differ by exactly the jumps whose angle is known.
 
@@ -150,6 +155,8 @@ def levels_without_natural_motion(
         are known as well.
     shortest
         The minimum number of frames between two jumps that undo each other.
+    frames
+        The number of frames of the clip.
     """
     begins = {level.start: k for k, level in enumerate(levels)}
     ends = {level.stop: k for k, level in enumerate(levels)}
@@ -163,7 +170,7 @@ def levels_without_natural_motion(
     links = [(ends[at], begins[at], turns[at]) for at in known if at in ends and at in begins]
     links += [(ends[a], begins[b], 0.0) for a, b in pairs if a in ends and b in begins]
     if links:
-        known |= {levels[0].start, levels[-1].stop}
+        known |= {0, frames}
     return [
         replace(level, sure=level.start in known and level.stop in known)
         for level in _linked(levels, links)

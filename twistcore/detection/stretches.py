@@ -66,6 +66,9 @@ MOST = 0.6  # minimum share of the frames with the usual roll
 _ENOUGH = 0.1  # minimum share of the clip in which a joint has a roll that may be the right one
 SHORTEST, FEWEST = 0.1, 3  # minimum duration in seconds and in frames; a shorter one is a spike
 MOST_JUMPS = 8  # if a joint jumps more often, only its jumps are listed
+# Slower jumps are examined, and the rolls between jumps are linked, only if there are at most this
+# many, because each jump is compared with all others.
+MOST_COMPARED = 32
 _DEFINED = 0.5  # minimum of :func:`twist_reliability`, which is low near a swing of 180°
 
 
@@ -114,9 +117,10 @@ class _Clip:
             return []
         turns = twist_per_frame(self.motion.rotations[:, joint], axis)
         jumps = self._too_fast(turns)
-        if largest_natural_turn(self.motion.fps) > OFF:
+        slow = self._too_fast(turns, OFF) if largest_natural_turn(self.motion.fps) > OFF else []
+        if 0 < len(slow) <= MOST_COMPARED:
             roll, fps = roll_about_own_bone(self.motion, joint), self.motion.fps
-            slower = own_bone_jump_angles(self.motion, joint, self._too_fast(turns, OFF))
+            slower = own_bone_jump_angles(self.motion, joint, slow)
             sure = {
                 at: turn
                 for at, turn in slower.items()
@@ -126,6 +130,15 @@ class _Clip:
             undone = [at for at, turn in slower.items() if undoes_any(turn, sure.values())]
             jumps = sorted({*jumps, *sure, *undone})
         return jumps
+
+    def may_have_stretches(self, joint: int) -> bool:
+        """Return True if a joint jumps about its own bone, but not often too fast for a body."""
+        if not self.jumps(joint):
+            return False
+        axis = own_bone_axis(self.motion.skeleton, joint)
+        assert axis is not None
+        turns = twist_per_frame(self.motion.rotations[:, joint], axis)
+        return len(self._too_fast(turns)) <= MOST_JUMPS
 
     def levels(self, joint: int) -> list[RollLevel]:
         """Return the levels (frames of nearly constant roll) between the jumps of a joint.
@@ -149,13 +162,17 @@ class _Clip:
             for start, stop in pairwise(sorted(borders))
             if defined[start:stop].any()
         ]
+        if len(own) > MOST_COMPARED:
+            return levels
         turns = own_bone_jump_angles(self.motion, joint, own)
         sure = [
             at
             for at, turn in turns.items()
             if is_confirmed_by_roll(roll, at, turn, self.motion.fps)
         ]
-        return levels_without_natural_motion(levels, turns, sure, shortest=self.shortest)
+        return levels_without_natural_motion(
+            levels, turns, sure, shortest=self.shortest, frames=self.motion.frames
+        )
 
     def _too_fast(self, turns: Array, limit: float | None = None) -> list[int]:
         """Return the frames, except at cuts, in which a joint rotates faster than `limit`.
@@ -222,7 +239,7 @@ def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
     clip, ends = search.once(_Clip.of), turned_end_spans(search)
     found: dict[str, list[Interval]] = {}
     for joint, chain in clip.owner.items():
-        if not 1 <= len(clip.jumps(joint)) <= MOST_JUMPS:
+        if not clip.may_have_stretches(joint):
             continue
         usual, by_rest, wrong = clip.wrong(joint)
         for level in wrong:
@@ -307,11 +324,12 @@ def roll_about_own_bone(motion: Motion, joint: int) -> Array:
 
 def _usual(levels: Sequence[RollLevel]) -> float | None:
     """Return the roll that a joint has in most frames, in radians, or None if the roll varies."""
-    total = sum(level.frames for level in levels)
-    for level in sorted(levels, key=lambda one: -one.frames):
-        alike = [one for one in levels if abs(wrap(one.roll - level.roll)) <= ALIKE]
-        if sum(one.frames for one in alike) >= MOST * total:
-            return level.roll
+    rolls = np.array([level.roll for level in levels])
+    frames = np.array([level.frames for level in levels])
+    for k in np.argsort(-frames, kind="stable").tolist():
+        alike = np.abs(wrap(rolls - rolls[k])) <= ALIKE
+        if frames[alike].sum() >= MOST * frames.sum():
+            return levels[k].roll
     return None
 
 

@@ -97,7 +97,7 @@ def cross_products(u: ArrayLike, v: ArrayLike) -> Array:
 def vector_lengths(v: ArrayLike) -> Array:
     """Return the lengths of vectors or quaternions, (…, n) → (…). Far faster than np.linalg.norm.
 
-    The results are the same, bit for bit.
+    For n < 8 and 64-bit numbers, the results are the same, bit for bit. n must not be 0.
     """
     v = np.asarray(v, dtype=np.float64)
     squares = v[..., 0] * v[..., 0]

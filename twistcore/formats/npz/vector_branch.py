@@ -40,9 +40,10 @@ def continuous_rotation_vectors(
     axis = axis / np.where(size > _NONE, size, 1.0)[:, None]
     edges = [v[None] for v in (before, after) if v is not None]
     most = np.linalg.norm(np.concatenate([own, *edges]), axis=1).max()
-    # Each time the rotation passes a half turn, its shortest vector changes to the opposite side.
-    passes = int((np.linalg.norm(np.diff(short, axis=0), axis=1) > np.pi).sum())
-    whole = min(int(most / _TURN) + 1 + passes, _MOST_TURNS)
+    farthest = _most_turns(short, axis, own if before is None else before[None])
+    if after is not None:
+        farthest = max(farthest, _most_turns(short[::-1], axis[::-1], after[None]))
+    whole = min(max(int(most / _TURN), farthest) + 1, _MOST_TURNS)
     turns = _TURN * np.arange(-whole, whole + 1)
     choices = short[:, None] + turns[:, None] * axis[:, None]  # (n, turns, 3)
     cost = _OWN * np.linalg.norm(choices - own[:, None], axis=2)
@@ -51,6 +52,26 @@ def continuous_rotation_vectors(
     if after is not None:
         cost[-1] += np.linalg.norm(after - choices[-1], axis=1)
     return choices[np.arange(len(q)), _cheapest(choices, cost)]
+
+
+def _most_turns(short: Array, axis: Array, start: Array) -> int:
+    """Return the most full turns of the vectors that continue from a start, without a sign.
+
+    Parameters
+    ----------
+    short
+        The shortest rotation vectors, radians, shape (n, 3).
+    axis
+        The unit vectors along them, shape (n, 3).
+    start
+        The vector before the first one, or several of which only the first is used, shape (…, 3).
+    """
+    most, near = 0, start[0]
+    for vector, along in zip(short, axis, strict=True):
+        turns = round(float((near - vector) @ along) / _TURN)
+        near = vector + turns * _TURN * along
+        most = max(most, abs(turns))
+    return most
 
 
 def _cheapest(choices: Array, cost: Array) -> list[int]:
