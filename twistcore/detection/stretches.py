@@ -329,7 +329,7 @@ def _usual(levels: Sequence[RollLevel]) -> float | None:
     for k in np.argsort(-frames, kind="stable").tolist():
         alike = np.abs(wrap(rolls - rolls[k])) <= ALIKE
         if frames[alike].sum() >= MOST * frames.sum():
-            return levels[k].roll
+            return float(rolls[k])
     return None
 
 
