@@ -32,7 +32,6 @@ from twistcore.review import (
     Insert,
     Judged,
     Redetect,
-    RejectFor,
     Review,
     Settle,
     Sign,
@@ -231,7 +230,7 @@ class Document(OpenClip):
         decision: Decision,
         ids: Sequence[int] = (),
         order: Sequence[int] = (),
-        reason: str | None = None,
+        reason: str = "",
     ) -> None:
         """Apply a decision to intervals and select the next undecided interval.
 
@@ -246,7 +245,7 @@ class Document(OpenClip):
         order
             The ids of all intervals in the order of the list; sorted by chain and start by default.
         reason
-            The reason for a rejection, or None to keep the reasons. A rejection and its reason are
+            The reason for a rejection, or '' to keep the reasons. A rejection and its reason are
             one step.
         """
         if self.data is None:
@@ -258,7 +257,7 @@ class Document(OpenClip):
             self.message.emit(tr("Select an interval first. Press N to go to the next one."), False)
             return
         judged = all(
-            j.decision == decision and not j.in_bulk and reason in (None, j.reason) for j in there
+            j.decision == decision and not j.in_bulk and reason in ("", j.reason) for j in there
         )
         if not judged and not self._decide(tuple(j.id for j in there), decision, reason=reason):
             return
@@ -271,12 +270,10 @@ class Document(OpenClip):
         decision: Decision,
         *,
         in_bulk: bool = False,
-        reason: str | None = None,
+        reason: str = "",
     ) -> bool:
         at = self.now()
-        if reason is not None:
-            return self._do_signed(RejectFor(ids, reason, self.reviewer, at), at)
-        command = Decide(ids, decision, self.reviewer, at, in_bulk)
+        command = Decide(ids, decision, self.reviewer, at, in_bulk, reason)
         return self.do(command) if decision == Decision.UNDECIDED else self._do_signed(command, at)
 
     def settle(self, judged: Judged) -> bool:

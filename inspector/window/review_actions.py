@@ -110,11 +110,11 @@ class ReviewActions:
         """
         self._when_seen(decision, partial(self._judge, decision))
 
-    def decide(self, decision: Decision, reason: str | None = None) -> None:
+    def decide(self, decision: Decision, reason: str = "") -> None:
         """Set the decision for the selected intervals, and go to the next undecided interval.
 
         If the selected interval is outside the visible range of the plots, only scroll the plots to
-        it, so the user sees it before deciding. `reason` is the reason for a rejection, or None to
+        it, so the user sees it before deciding. `reason` is the reason for a rejection, or '' to
         keep the reasons.
         """
 
@@ -143,7 +143,7 @@ class ReviewActions:
             )
             self.look_through.begin(open_ones, self.settings.look_ms, decide)
 
-    def _judge(self, decision: Decision, reason: str | None = None) -> None:
+    def _judge(self, decision: Decision, reason: str = "") -> None:
         if self.document.data is not None:
             with self.intervals.visit_order() as order:
                 self.document.decide(decision, self.intervals.selected_ids(), order, reason)

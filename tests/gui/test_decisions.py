@@ -61,7 +61,7 @@ def test_a_rejection_with_a_reason_is_undone_by_one_key(qtbot, show):
     assert said == (Decision.REJECTED, REASON, "Ada")
     assert document.interval_id != first  # on to the next one
     assert document.review.history == ("Reject interval",)
-    assert [line["do"] for line in lines(window)] == ["RejectFor"]
+    assert [(line["do"], line["reason"]) for line in lines(window)] == [("Decide", REASON)]
     press(qtbot, window, KEY.Key_Z, CTRL)
     assert document.review.state is before
     assert document.interval_id == first
