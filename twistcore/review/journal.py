@@ -50,7 +50,6 @@ from twistcore.review.commands import (
     Settle,
     Track,
 )
-from twistcore.review.decisions import Decide
 from twistcore.review.history import Review
 from twistcore.review.left_out import LeaveOut, excluded_spans_from_json
 from twistcore.review.model import Decision, ReviewState
@@ -329,6 +328,7 @@ def session_journal_entry(clip: Clip, state: ReviewState) -> dict[str, Any]:
     return {"session": session_document(clip, state)}
 
 
+_DECIDE = "Decide"
 # Names that older programs do not know, so that they stop there instead of tracking differently.
 _BOTH_WAYS = "TrackBothWays"  # tracks forward and backward, or tracks the position
 _SPLINE = "Smooth"  # smooths with the spline
@@ -375,9 +375,9 @@ _NAMES = {"tau": "tau_deg"}
 def command_to_json(command: Command) -> dict[str, Any]:
     """Return a command as a dict of its fields, in which the key "do" names the command."""
     fields = {_NAMES.get(k, k): _FORMS[k][0](v) for k, v in vars(command).items()}
-    if isinstance(command, Decide) and not command.reason:
-        del fields["reason"]
     verb = type(command).__name__
+    if verb == _DECIDE and not fields["reason"]:
+        del fields["reason"]
     if isinstance(command, Track) and needs_both_ways_schema(command.tracking):
         verb = _SPLINE if command.tracking and command.tracking.spline else _BOTH_WAYS
     return {"do": verb, **fields}
@@ -388,7 +388,7 @@ def command_from_json(entry: Any) -> Command:
     kind: Any = _KINDS[check_choice(check_keys(entry, "do")["do"], "do", _KINDS)]
     # The first journals did not have these fields.
     entry = {"same_clip": False, "in_bulk": False, "what": "", **entry}
-    if kind is Decide:
+    if entry["do"] == _DECIDE:
         entry.setdefault("reason", "")  # written only if there is one
     names = {field.name: _NAMES.get(field.name, field.name) for field in fields(kind)}
     check_keys(entry, *names.values())
