@@ -136,11 +136,11 @@ class ReviewActions:
     def _is_looking(self, decision: Decision, reason: str = "") -> bool:
         """Return True if the errors of groups are being shown before a decision.
 
-        A different decision stops this. If it is the same one, a look is running, so ignore the
-        key.
+        A different decision stops this.
         """
         if not self.look_through.running:
             return False
+        # a look is running, so ignore the key
         if self._wanted != (decision, reason):
             self.look_through.stop()
         return True
