@@ -58,6 +58,7 @@ class LookThrough(QObject):
         # The selected interval and the frame while an error is shown
         self._expected: tuple[int | None, int] | None = None
         self._moving = False
+        self._away = False  # since the first error was shown
         self._timer = QTimer(self, singleShot=True)
         self._timer.timeout.connect(self._step)
         self._escape = DragEscape(document, self.stop, self)
@@ -107,7 +108,7 @@ class LookThrough(QObject):
             return
         self._left = [judged.id for judged in unseen if judged.id in worst]
         self._decided, self._count, self._then = decided, len(worst), then
-        self._milliseconds = milliseconds
+        self._milliseconds, self._away = milliseconds, False
         self._state = document.review.state
         self._rows = frozenset(self._intervals.selected_ids())
         self._escape.begin()
@@ -152,9 +153,11 @@ class LookThrough(QObject):
             self.stop()
 
     def _application_changed(self, state: Qt.ApplicationState) -> None:
-        """Stop if the user goes to another program."""
-        if state != Qt.ApplicationState.ApplicationActive:
-            self.stop()
+        """Remember whether the user has gone to another program.
+
+        A popup that closes may do the same for a moment, so `_step` stops, and not this method.
+        """
+        self._away = state != Qt.ApplicationState.ApplicationActive
 
     def _note_painted(self) -> bool:
         """Return True if a frame of the selected interval is painted, and remember the interval."""
@@ -170,7 +173,8 @@ class LookThrough(QObject):
     def _step(self) -> None:
         others = QApplication.activeModalWidget(), QApplication.activePopupWidget()
         window = self._viewport.window()
-        if not window.isVisible() or window.isMinimized() or any(others):
+        unseen = self._away or window.isMinimized() or not window.isVisible()
+        if unseen or any(others):
             self.stop()
         elif not self._note_painted() and not self._viewport.is_hidden:
             self._checks += 1

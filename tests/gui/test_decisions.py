@@ -443,18 +443,24 @@ def test_without_a_person_who_sees_them_the_look_stops(qtbot, series, monkeypatc
         monkeypatch.setattr(type(series.viewport), "painted_frame", None)
     elif way == "minimised":
         monkeypatch.setattr(series, "isMinimized", lambda: True)
-    else:
-        series.settings.look_ms = 10_000
     begin(series, KEY.Key_A)
     if way == "another program":
-        app = QGuiApplication.instance()
-        app.applicationStateChanged.emit(Qt.ApplicationState.ApplicationActive)
-        assert look.running
-        app.applicationStateChanged.emit(Qt.ApplicationState.ApplicationInactive)
-        assert not look.running
-        series.settings.look_ms = 0
+        go(Qt.ApplicationState.ApplicationInactive)
     end(qtbot, look)
     assert set(decisions(series)) == {Decision.UNDECIDED}
+
+
+def go(state):
+    """As if the person went to another program, or came back."""
+    QGuiApplication.instance().applicationStateChanged.emit(state)
+
+
+def test_a_moment_in_another_window_does_not_stop(qtbot, series):
+    look = begin(series, KEY.Key_A)
+    go(Qt.ApplicationState.ApplicationInactive)  # as when a popup closes
+    go(Qt.ApplicationState.ApplicationActive)
+    end(qtbot, look)
+    assert decisions(series).count(Decision.ACCEPTED) == SERIES
 
 
 def test_a_reason_is_only_for_a_rejection(series):
