@@ -12,6 +12,7 @@ from inspector.panels.interval_filter import FILTERS, OF_CHAIN
 from inspector.panels.interval_rows import GroupRow
 from inspector.reviewers.comparison_panel import DifferencesModel
 from inspector.session.settings import Settings
+from inspector.viewport import frame_drawing
 from tests.conftest import ASSETS
 from tests.gui.windows import act, open_clip
 from tests.twistcore.test_all_joints import stepping
@@ -21,6 +22,7 @@ from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
 from twistcore.review import Decide, Decision, Insert, session_bytes
 from twistcore.review.model import constant_interval
+from twistcore.skeleton.limb import Limb
 from twistcore.synthesis import InjectedError, inject
 
 ONE_WINDOW = True
@@ -117,6 +119,7 @@ def test_it_does_not_change_the_selected_chain(qtbot, window, step):
     starts = [j.interval.start for j in window.timeline.scenery.intervals]
     assert starts == [50, 150, 200]
     document.select_chain(FIRST)
+    document.select_chain(chain)
     assert document.interval == step
     document.select_interval(other.id)
     document.select_chain(FIRST)
@@ -136,6 +139,21 @@ def test_it_does_not_change_the_selected_chain(qtbot, window, step):
         assert step.id in seen
     finally:
         panel.filter.setCurrentIndex(0)
+
+
+def test_with_a_limb_the_view_says_the_same_about_it(qtbot, window, step, monkeypatch):
+    document, legend = window.document, window.viewport.overlays.legend
+    limb = next(c for c in document.data.chains_and_limbs if isinstance(c, Limb))
+    document.select_interval(step.id, jump=True)
+    qtbot.waitUntil(lambda: LABEL in legend.text().replace("&nbsp;", " "))
+    text = legend.text()
+    document.select_chain(limb.name)
+    assert document.interval == step
+    window.viewport.refresh()
+    monkeypatch.setattr(type(window.viewport.scene), "circled", False)  # as if it were straight
+    assert window.viewport.drawing.legend(window.viewport.scene, window.colours.theme) == text
+    monkeypatch.setattr(frame_drawing, "_SHORT", -1.0)  # the bones from the hips have no length
+    assert frame_drawing.pictured_chain(document).name == step.interval.joint == "Hips"
 
 
 def test_from_the_beginning_it_is_the_first_as_in_the_table(window, step):
