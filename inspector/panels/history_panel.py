@@ -9,7 +9,7 @@ from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QListWidget, QListWidgetItem, QWidget
 
 from inspector.language import tr, translate_core_sentence
-from inspector.panels.rig_names import label_of
+from inspector.panels.rig_names import label_of, label_without_chain
 from inspector.session.document import Document
 from inspector.widgets.building import vbox
 from twistcore.detection import Interval
@@ -63,7 +63,7 @@ class HistoryPanel(QWidget):
         try:
             return label_of(interval, self._document.find_chain(interval.chain))
         except KeyError:  # a later step has removed the chain
-            return interval.chain
+            return label_without_chain(interval)
 
     def _go(self, item: QListWidgetItem) -> None:
         target = self.list.row(item)

@@ -63,6 +63,7 @@ class IntervalsPanel(QWidget):
         self._refreshing = self._clicked = self._low = self._had_groups = False
         # Within `visit_order`: the ids of the intervals in the group that is visited one by one
         self._stepping: tuple[int, ...] | None = None
+        self._keeps_selection = False  # within `keep_selection`
         self._with_text = {"chain", "decision", "start", "stop", "frames", "time", "delta"}
         self._marks: set[str] = set()
         # Label and joints, keyed by the label's chain, and by whether an error is of the whole body
@@ -310,6 +311,21 @@ class IntervalsPanel(QWidget):
         things = map(self._thing, self._selected_rows())
         return tuple(dict.fromkeys(k for thing in things for k in thing.ids))
 
+    def ids_in_selected_groups(self) -> tuple[int, ...]:
+        """Return the ids of the intervals in the selected rows of groups, in row order."""
+        things = map(self._thing, self._selected_rows())
+        groups = (thing for thing in things if isinstance(thing, GroupRow))
+        return tuple(dict.fromkeys(k for group in groups for k in group.ids))
+
+    @contextmanager
+    def keep_selection(self) -> Iterator[None]:
+        """Keep the selected rows within this context, even if another interval is selected."""
+        self._keeps_selection = True
+        try:
+            yield
+        finally:
+            self._keeps_selection = False
+
     def _selected_rows(self) -> list[int]:
         return sorted(i.row() for i in self.table.selectionModel().selectedRows())
 
@@ -462,7 +478,9 @@ class IntervalsPanel(QWidget):
             self.table.clearSelection()
             return
         selection = self.table.selectionModel()
-        if self.table.currentIndex().row() != index.row() or not selection.hasSelection():
+        if self._keeps_selection:
+            selection.setCurrentIndex(index, QItemSelectionModel.SelectionFlag.NoUpdate)
+        elif self.table.currentIndex().row() != index.row() or not selection.hasSelection():
             rows = QItemSelectionModel.SelectionFlag.Rows
             once = QItemSelectionModel.SelectionFlag.ClearAndSelect
             selection.setCurrentIndex(index, once | rows)

@@ -24,7 +24,7 @@ _STEPS = {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1}
 class ReasonPalette(QDialog):
     """A popup with reasons. The keys 1 to 9 select a reason, and Enter accepts a typed reason.
 
-    The usual reasons are followed by the given ones.
+    Lists the usual reasons first, then `reasons`.
     """
 
     chosen = Signal(str)

@@ -6,7 +6,7 @@ import re
 
 from inspector.language import translate_core_sentence
 from twistcore.detection import Interval
-from twistcore.detection.error_label import error_label
+from twistcore.detection.error_label import WHOLE_BODY, error_label
 from twistcore.files.encoding import escape_control_characters
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
@@ -19,6 +19,12 @@ def label_of(interval: Interval, chain: Chain, *, listed: bool = False) -> str:
     `chain` is the chain in which it was found. `listed` is True for a list of chains and limbs.
     """
     return translate_core_sentence(error_label(interval, chain, listed=listed))
+
+
+def label_without_chain(interval: Interval) -> str:
+    """Return the label of an error whose chain is not in the review."""
+    of_body = interval.kind.info.whole_body
+    return translate_core_sentence(WHOLE_BODY) if of_body else interval.chain
 
 
 def joints_of_error(interval: Interval, chain: Chain, skeleton: Skeleton) -> str:

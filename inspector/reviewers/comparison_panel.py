@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QHeaderView, QWidget
 from inspector.language import plural, tr, translate_core_sentence
 from inspector.panels.interval_rows import limb_end_state_text, verdict_text
 from inspector.panels.reject_reasons import translate_reject_reason
-from inspector.panels.rig_names import label_of
+from inspector.panels.rig_names import label_of, label_without_chain
 from inspector.reviewers.second_review import DifferenceRow, SecondReview
 from inspector.session.document import Document
 from inspector.widgets.building import action_button, hbox, vbox
@@ -92,12 +92,12 @@ class DifferencesModel(RowModel[DifferenceRow]):
     def label(self, interval: Interval) -> str:
         """Return the label of an error.
 
-        If the open review does not have its chain, return the name of the chain.
+        If the open review does not have its chain, return the name of the chain or 'Whole body'.
         """
         try:
             return label_of(interval, self._document.find_chain(interval.chain), listed=True)
         except KeyError:
-            return interval.chain
+            return label_without_chain(interval)
 
 
 class ComparisonPanel(QWidget):
@@ -281,7 +281,8 @@ class ComparisonPanel(QWidget):
             document.select_interval(judged.id, jump=True)
         else:
             document.select_interval(None)
-            if judged.interval.chain in {c.name for c in document.listed_chains}:
+            listed = judged.interval.chain in {c.name for c in document.listed_chains}
+            if listed and not document.is_of_chain(judged.interval):
                 document.select_chain(judged.interval.chain)
             document.go_to(judged.interval.seen_at)
         self.detail.set_text(self._described())

@@ -32,7 +32,6 @@ from twistcore.review import (
     Insert,
     Judged,
     Redetect,
-    RejectFor,
     Review,
     Settle,
     Sign,
@@ -231,11 +230,12 @@ class Document(OpenClip):
         decision: Decision,
         ids: Sequence[int] = (),
         order: Sequence[int] = (),
-        reason: str | None = None,
-    ) -> None:
+        reason: str = "",
+    ) -> bool:
         """Apply a decision to intervals and select the next undecided interval.
 
-        Intervals that already have this decision and reason are not changed.
+        Only intervals that `is_changed_by` names are changed: another reviewer's same decision
+        keeps the name of that reviewer. Returns False on failure.
 
         Parameters
         ----------
@@ -246,24 +246,36 @@ class Document(OpenClip):
         order
             The ids of all intervals in the order of the list; sorted by chain and start by default.
         reason
-            The reason for a rejection, or None to keep the reasons. A rejection and its reason are
+            The reason for a rejection, or '' to keep the reasons. A rejection and its reason are
             one step.
+
+        Raises
+        ------
+        ValueError
+            If there is a reason, but the decision is not a rejection.
         """
+        if reason and decision != Decision.REJECTED:
+            raise ValueError("a reason is only for a rejection")
         if self.data is None:
-            return
+            return False
         chosen = tuple(ids) or ((self.interval_id,) if self.interval_id is not None else ())
         # Exclude ids that belonged to the previous clip
         there = [j for j in map(self.found, chosen) if j is not None]
         if not there:
             self.message.emit(tr("Select an interval first. Press N to go to the next one."), False)
-            return
-        judged = all(
-            j.decision == decision and not j.in_bulk and reason in (None, j.reason) for j in there
-        )
-        if not judged and not self._decide(tuple(j.id for j in there), decision, reason=reason):
-            return
+            return False
+        changed = tuple(j.id for j in there if self.is_changed_by(j, decision, reason))
+        if changed and not self._decide(changed, decision, reason=reason):
+            return False
         if decision != Decision.UNDECIDED:
             self.step_interval(+1, undecided=True, order=order)
+        return True
+
+    @staticmethod
+    def is_changed_by(judged: Judged, decision: Decision, reason: str = "") -> bool:
+        """Return True if an interval lacks a decision or its reason, or was decided in bulk."""
+        same = judged.decision == decision and reason in ("", judged.reason)
+        return not same or judged.in_bulk
 
     def _decide(
         self,
@@ -271,12 +283,10 @@ class Document(OpenClip):
         decision: Decision,
         *,
         in_bulk: bool = False,
-        reason: str | None = None,
+        reason: str = "",
     ) -> bool:
         at = self.now()
-        if reason is not None:
-            return self._do_signed(RejectFor(ids, reason, self.reviewer, at), at)
-        command = Decide(ids, decision, self.reviewer, at, in_bulk)
+        command = Decide(ids, decision, self.reviewer, at, in_bulk, reason)
         return self.do(command) if decision == Decision.UNDECIDED else self._do_signed(command, at)
 
     def settle(self, judged: Judged) -> bool:

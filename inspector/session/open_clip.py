@@ -252,20 +252,21 @@ class OpenClip(QObject):
         self.find_chain(name)
         self.chain = name
         self.chain_changed.emit()
-        if (selected := self.interval) and selected.interval.chain != name:
+        if (selected := self.interval) and not self.is_of_chain(selected.interval):
             self.select_interval(None)
 
     def select_interval(self, interval_id: int | None, *, jump: bool = False) -> None:
         """Select an interval and its chain. None deselects the interval.
 
-        If `jump` is True, also move the playhead to the interval. An id that no longer exists is
-        ignored.
+        An error of the whole body belongs to every chain of its person, so the chain stays
+        selected. If `jump` is True, also move the playhead to the interval. An id that no longer
+        exists is ignored.
         """
         judged = self.found(interval_id)
         if judged is None and interval_id is not None:
             return
         changed, self.interval_id = interval_id != self.interval_id, interval_id
-        if judged is not None and judged.interval.chain != self.chain:
+        if judged is not None and not self.is_of_chain(judged.interval):
             self.chain = judged.interval.chain
             self.chain_changed.emit()
         if changed:
@@ -303,7 +304,8 @@ class OpenClip(QObject):
     def _from_playhead(self, direction: int, undecided: bool, listed: set[int]) -> int | None:
         """Return the id of the next (+1) or previous (−1) interval, starting from the playhead.
 
-        Intervals are ordered by time or by chain. The search wraps around at the end.
+        Intervals are ordered by time or by chain. Like in the table, errors of the whole body
+        precede the chains. The search wraps around at the end.
         """
         state, by_time = self.review.state, self.order == "time"
         row = {name: k for k, name in enumerate(state.tau)}
@@ -315,12 +317,20 @@ class OpenClip(QObject):
         ]
 
         def place(judged: Judged, frame: int) -> tuple[int, int]:
-            chain = row.get(judged.interval.chain, len(row))
+            of_body = judged.interval.kind.info.whole_body
+            chain = -1 if of_body else row.get(judged.interval.chain, len(row))
             return (frame, chain) if by_time else (chain, frame)
 
         chosen.sort(key=lambda j: place(j, j.interval.start), reverse=direction < 0)
         own = row.get(self.chain, -1)
         here = (self.frame, own) if by_time else (own, self.frame)
+        of_chains = (j for j in chosen if not j.interval.kind.info.whole_body)
+        if (
+            direction > 0
+            and not by_time
+            and all(place(j, j.interval.start) >= here for j in of_chains)
+        ):
+            here = (-1, self.frame)  # the playhead is at the beginning of the list
         ahead = (
             j.id
             for j in chosen

@@ -264,7 +264,8 @@ class Timeline(QWidget):
             self._choose_plots(self._curves)
         if self._curves is not None:
             state = document.review.state
-            scenery.set_intervals(state.of_chain(document.chain))
+            own = (j for j in state.intervals if document.is_of_chain(j.interval))
+            scenery.set_intervals(tuple(sorted(own, key=lambda j: j.interval.start)))
             self._curves.follow_review()
             for key in self._applicable:
                 self.plots[key].draw(self._curves, self.panes[key])

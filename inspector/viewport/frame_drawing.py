@@ -361,7 +361,7 @@ def pictured_chain(document: Document) -> Chain | None:
     if chain is None or judged is None or document.data is None:
         return chain
     interval, skeleton = judged.interval, document.data.motion.skeleton
-    if interval.chain != chain.name or interval.joint not in skeleton.names:
+    if not document.is_of_chain(interval) or interval.joint not in skeleton.names:
         return chain
     joint = skeleton.index(interval.joint)
     own = {chain.parent, chain.child, chain.grandchild}

@@ -47,10 +47,10 @@ def frame_legend(
     degrees = 0.0
     if chain is not None:
         degrees = float(np.degrees(document.offset(chain.name)[document.frame]))
-    swivel = isinstance(chain, Limb)
+    of_body = fault is not None and fault.kind.info.whole_body
+    swivel = isinstance(chain, Limb) and not of_body
     title = translate_core_sentence(chain.label) if chain is not None else ""
     if chain is not None and fault is not None:
-        of_body = fault.kind.info.whole_body
         title = (
             translate_core_sentence(error_label(fault, chain)) if of_body else fault.joint or title
         )

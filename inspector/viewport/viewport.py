@@ -76,6 +76,7 @@ class Viewport(Steering):
         # was last painted on the screen
         self._drawn: int | None = None
         self._painted: int | None = None
+        self._drawn_frame = self._painted_frame = 0  # the frames at those two times
         self._stale = RedrawRequests(self)
         self._stale.due.connect(self.refresh)
         self._timer = QTimer(self, singleShot=True, interval=_AFTER_CURVES_MS)
@@ -167,7 +168,7 @@ class Viewport(Steering):
             self._follow_figure(scene)
             assert self.camera is not None
             self.drawing.draw(scene, self.camera, self._turn[1] if self._turn else self.camera)
-            self._drawn = self.document.interval_id
+            self._drawn, self._drawn_frame = self.document.interval_id, self.document.frame
             self.overlays.show_legend(self.drawing.legend(scene, self.theme))
             show_signs(self.overlays, self.drawing, scene, self.camera, self.picture_size())
             self._rest.start()
@@ -189,14 +190,26 @@ class Viewport(Steering):
 
     def has_painted_interval(self) -> bool:
         """Return True if the selected interval has been painted, or if the view is hidden."""
-        if self.view is None or self.view.visibleRegion().isEmpty():
-            return True
-        return self.document.interval_id in (None, self._painted)
+        return self.is_hidden or self.document.interval_id in (None, self._painted)
+
+    @property
+    def is_hidden(self) -> bool:
+        """True if the view is not visible in the window."""
+        return self.view is None or self.view.visibleRegion().isEmpty()
+
+    @property
+    def painted_frame(self) -> int | None:
+        """The frame that was last painted, or None if the selected interval was not selected then.
+
+        It is also None if the view is hidden.
+        """
+        painted = not self.is_hidden and self._painted == self.document.interval_id
+        return self._painted_frame if painted else None
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
         """Record which interval the view paints. All events are passed on."""
         if event.type() == QEvent.Type.Paint:
-            self._painted = self._drawn
+            self._painted, self._painted_frame = self._drawn, self._drawn_frame
             if self._painted is not None:
                 self.interval_painted.emit()
         return False

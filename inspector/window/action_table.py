@@ -77,11 +77,13 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
                    do=lambda p: p.review_actions.redo()),
         None,
         ActionSpec("accept", tr("Accept"), ("A",),
-                   tr("Accept the interval and go to the next undecided one"),
+                   tr("Accept the interval, or the group after showing its errors, and go to the "
+                      "next undecided one"),
                    tool=Tool(tr_as("tool", "Accept"), 32), verdict=True,
                    needs="clip", do=lambda p: p.review_actions.decide(Decision.ACCEPTED)),
         ActionSpec("reject", tr("Reject"), ("R",),
-                   tr("Reject the interval and go to the next undecided one"),
+                   tr("Reject the interval, or the group after showing its errors, and go to the "
+                      "next undecided one"),
                    tool=Tool(tr_as("tool", "Reject"), 33), verdict=True,
                    needs="clip", do=lambda p: p.review_actions.decide(Decision.REJECTED)),
         ActionSpec("reject_for", tr("Reject with a reason…"), ("Q",),

@@ -49,7 +49,7 @@ class ReviewActions:
     show_card
         A function that brings the card to the front.
     look_through
-        Shows the errors of a group before a decision applies to all of them.
+        Shows the errors of groups before a decision applies to all of them.
     look
         A function that rotates the camera so that the roll of the selected limb is clearly visible.
     sees
@@ -80,6 +80,8 @@ class ReviewActions:
     _faint: Interval | None = field(default=None, init=False)
     _answer: str = field(default="", init=False)
     _announced: str = field(default="", init=False)
+    # The decision and reason for which the errors of groups were last shown
+    _wanted: tuple[Decision, str] | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
         document = self.document
@@ -108,61 +110,79 @@ class ReviewActions:
 
         Unlike `decide`, this method does not move the camera.
         """
-        self._when_seen(decision, partial(self._judge, decision))
+        if not self._is_looking(decision):
+            ids = self.intervals.selected_ids()
+            self._when_seen(decision, ids, partial(self._judge, decision, ids))
 
-    def decide(self, decision: Decision, reason: str | None = None) -> None:
+    def decide(self, decision: Decision, reason: str = "") -> None:
         """Set the decision for the selected intervals, and go to the next undecided interval.
 
         If the selected interval is outside the visible range of the plots, only scroll the plots to
-        it, so the user sees it before deciding. `reason` is the reason for a rejection, or None to
+        it, so the user sees it before deciding. `reason` is the reason for a rejection, or '' to
         keep the reasons.
         """
+        ids = self.intervals.selected_ids()
 
-        def decide() -> None:
+        def decide() -> bool:
             before = self.document.interval_id
-            self._judge(decision, reason)
+            done = self._judge(decision, ids, reason)
             if decision != Decision.UNDECIDED:
                 self._arrive(zoom=self.document.interval_id != before)
+            return done
 
-        if not self._out_of_view():
-            self._when_seen(decision, decide)
+        if not self._is_looking(decision, reason) and not self._out_of_view():
+            self._when_seen(decision, ids, decide, reason)
 
-    def _when_seen(self, decision: Decision, decide: Callable[[], None]) -> None:
-        """Call `decide` after all errors of the selected group have been shown.
+    def _is_looking(self, decision: Decision, reason: str = "") -> bool:
+        """Return True if the errors of groups are being shown before a decision.
 
-        If several rows or a single interval are selected, call it now.
+        A different decision stops this.
         """
-        ids = self.intervals.selected_ids()
-        if decision == Decision.UNDECIDED or len(ids) < 2 or self.intervals.has_several_selected:
-            decide()
-        elif not self.look_through.running:  # if it is, the key was pressed once too often
-            open_ones = (
-                judged
-                for judged in map(self.document.found, ids)
-                if judged is not None and (judged.decision != decision or judged.in_bulk)
-            )
-            self.look_through.begin(open_ones, self.settings.look_ms, decide)
+        if not self.look_through.running:
+            return False
+        # a look is running, so ignore the key
+        if self._wanted != (decision, reason):
+            self.look_through.stop()
+        return True
 
-    def _judge(self, decision: Decision, reason: str | None = None) -> None:
-        if self.document.data is not None:
-            with self.intervals.visit_order() as order:
-                self.document.decide(decision, self.intervals.selected_ids(), order, reason)
-            if decision != Decision.UNDECIDED and self.document.interval is not None:
-                self._report_end()
+    def _when_seen(
+        self, decision: Decision, ids: Sequence[int], decide: Callable[[], bool], reason: str = ""
+    ) -> None:
+        """Call `decide` after all errors of the selected groups have been shown.
+
+        Rows of single intervals are not shown first, because the user selected each of them.
+        """
+        grouped = self.intervals.ids_in_selected_groups()
+        if decision == Decision.UNDECIDED or not grouped:
+            decide()
+            return
+        self._wanted = decision, reason
+        there = (judged for judged in map(self.document.found, ids) if judged is not None)
+        changed = [j for j in there if self.document.is_changed_by(j, decision, reason)]
+        self.look_through.begin(changed, grouped, self.settings.look_ms, decide)
+
+    def _judge(self, decision: Decision, ids: Sequence[int], reason: str = "") -> bool:
+        if self.document.data is None:
+            return False
+        with self.intervals.visit_order() as order:
+            done = self.document.decide(decision, ids, order, reason)
+        if decision != Decision.UNDECIDED and self.document.interval is not None:
+            self._report_end()
+        return done
 
     def _announce_look(self, count: int, unseen: int) -> None:
-        """Show a message that some errors of the group are shown before the decision."""
+        """Show a message that some errors of groups are shown before the decision."""
         if count == unseen:
             text = plural(
-                "You have not seen {n} error of this group. It is shown before the decision. "
+                "You have not seen {n} grouped error. It is shown before the decision. "
                 "Press Esc to stop.",
-                "You have not seen {n} errors of this group. They are shown before the decision. "
+                "You have not seen {n} grouped errors. They are shown before the decision. "
                 "Press Esc to stop.",
                 count,
             )
         else:
             text = tr(
-                "You have not seen {total} errors of this group. The worst {n} are shown before "
+                "You have not seen {total} grouped errors. The worst {n} are shown before "
                 "the decision. Press Esc to stop.",
                 n=count,
                 total=unseen,
@@ -174,12 +194,13 @@ class ReviewActions:
         self.show_status(tr("Error {k} of {n}", k=number, n=count))
         self.show_whole()
 
-    def _stop_looking(self) -> None:
+    def _stop_looking(self, unreported: bool) -> None:
         self.show_status("")
         self.bar.withdraw(self._announced)
-        self.bar.show_message(
-            tr("Nothing was decided, because not all errors of the group were shown."), False
-        )
+        if unreported:
+            self.bar.show_message(
+                tr("Nothing was decided, because not all grouped errors were shown."), False
+            )
 
     def _end_looking(self, seen: int, total: int) -> None:
         self.bar.withdraw(self._announced)
@@ -200,8 +221,11 @@ class ReviewActions:
             self._retrace(self.document.undo, tr("Undone: {step}", step=step))
 
     def redo(self) -> None:
-        """Redo the last undone step, show its name, and go to the interval that it changed."""
-        if self.document.data is not None:
+        """Redo the last undone step, show its name, and go to the interval that it changed.
+
+        While the errors of a group are shown before a decision, only stop this.
+        """
+        if self.document.data is not None and not self.look_through.stop():
             step = translate_core_sentence(self.document.review.redo_text)
             self._retrace(self.document.redo, tr("Redone: {step}", step=step))
 

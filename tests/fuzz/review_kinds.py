@@ -41,7 +41,6 @@ from twistcore.review import (
     Insert,
     LeaveOut,
     Redetect,
-    RejectFor,
     Remove,
     Review,
     Session,
@@ -80,7 +79,9 @@ def commands() -> list[Command]:
     ramp = replace(moved, offset=np.linspace(0.1, 0.4, 20))
     return [
         Decide((1, 2), Decision.ACCEPTED, "A. Person", "2026-01-01T00:00:00+00:00"),
-        RejectFor((3, 4), "a reason", "A. Person", "2026-01-01T00:00:00+00:00"),
+        Decide(
+            (3, 4), Decision.REJECTED, "A. Person", "2026-01-01T00:00:00+00:00", False, "a reason"
+        ),
         Sign((1,), "Another"),
         Annotate(2, "a note", "a reason"),
         Edit(1, replace(ramp, chain=found[0].chain)),

@@ -4,7 +4,8 @@ import json
 import shutil
 
 import pytest
-from PySide6.QtCore import QElapsedTimer, QPoint, Qt
+from PySide6.QtCore import QElapsedTimer, QItemSelectionModel, QPoint, Qt
+from PySide6.QtGui import QGuiApplication
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QMenu
 
@@ -15,7 +16,7 @@ from inspector.window import look_through
 from tests.conftest import ASSETS
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, decisions, open_clip, press, wait_until_active
-from twistcore.review import Annotate, Decision, replay_journal
+from twistcore.review import Annotate, Decide, Decision, replay_journal
 
 ONE_WINDOW = True
 SERIES = 13  # errors in the second group of the clip
@@ -61,7 +62,7 @@ def test_a_rejection_with_a_reason_is_undone_by_one_key(qtbot, show):
     assert said == (Decision.REJECTED, REASON, "Ada")
     assert document.interval_id != first  # on to the next one
     assert document.review.history == ("Reject interval",)
-    assert [line["do"] for line in lines(window)] == ["RejectFor"]
+    assert [(line["do"], line["reason"]) for line in lines(window)] == [("Decide", REASON)]
     press(qtbot, window, KEY.Key_Z, CTRL)
     assert document.review.state is before
     assert document.interval_id == first
@@ -152,6 +153,11 @@ def begin(window, key):
     return look
 
 
+def row_of_series(window):
+    table, panel = window.intervals.table, window.intervals
+    return next(r for r in range(table.model().rowCount()) if len(panel._thing(r).ids) == SERIES)
+
+
 def end(qtbot, look):
     qtbot.waitUntil(lambda: not look.running)
 
@@ -175,7 +181,7 @@ def test_a_group_is_decided_when_all_its_errors_are_painted(
     end(qtbot, look)
     assert [j.id for j in document.intervals if j.decision == verdict] == sorted(group)
     assert before[0][0] | {first} >= set(group)
-    assert "12 errors" in before[0][1]
+    assert "12 grouped errors" in before[0][1]
     assert not series.bar.isVisible()  # nothing is left to say
     assert series.statusBar().currentMessage() == ""
     assert document.review.position == 1
@@ -192,10 +198,13 @@ def test_each_error_is_shown_for_a_while(qtbot, series):
     assert decisions(series).count(Decision.ACCEPTED) == SERIES
 
 
-@pytest.mark.parametrize("way", ["Esc", "undo", "frame", "N", "edit"])
+@pytest.mark.parametrize("way", ["Esc", "undo", "redo", "frame", "N", "edit"])
 def test_whatever_else_is_done_stops_and_nothing_is_decided(qtbot, series, way):
     document, group = series.document, series.intervals.selected_ids()
     document.do(Annotate(group[0], "a step"))  # to undo
+    if way == "redo":
+        document.undo()
+    steps = document.review.position
     series.settings.look_ms = 10_000
     look = begin(series, KEY.Key_A)
     now = document.interval_id
@@ -203,15 +212,18 @@ def test_whatever_else_is_done_stops_and_nothing_is_decided(qtbot, series, way):
         QTest.keyClick(series, KEY.Key_Period)
     elif way == "undo":
         QTest.keyClick(series, KEY.Key_Z, CTRL)
+    elif way == "redo":
+        QTest.keyClick(series, KEY.Key_Y, CTRL)
     elif way == "edit":
         document.do(Annotate(now, "look again"))
     else:
         QTest.keyClick(series, KEY.Key_Escape if way == "Esc" else KEY.Key_N)
     series.settings.look_ms = 0
     assert not look.running
-    assert series.bar.label.text().startswith("Nothing was decided")
+    said = series.bar.isVisible() and series.bar.label.text().startswith("Nothing was decided")
+    assert said == (way != "edit")  # the edit is a change, and not of this key
     assert Decision.ACCEPTED not in decisions(series)
-    assert document.review.position == 1 + (way == "edit")  # undo only stops
+    assert document.review.position == steps + (way == "edit")  # undo and redo only stop
     assert (series.intervals.selected_ids() == group) == (way != "N")
     qtbot.wait(20)
     assert Decision.ACCEPTED not in decisions(series)
@@ -228,17 +240,18 @@ def test_an_open_menu_stops(qtbot, series, connect):
     assert set(decisions(series)) == {Decision.UNDECIDED}
 
 
-def test_a_second_key_neither_hurries_nor_decides(qtbot, series):
+@pytest.mark.parametrize("other", [KEY.Key_R, KEY.Key_Backspace])
+def test_a_second_key_neither_hurries_nor_decides_and_another_one_stops(qtbot, series, other):
     series.settings.look_ms = 10_000
     look = begin(series, KEY.Key_A)
     now = series.document.interval_id
     qtbot.waitUntil(series.viewport.has_painted_interval)
-    for key in (KEY.Key_A, KEY.Key_R):
-        QTest.keyClick(series, key)
-        assert look.running
-        assert series.document.interval_id == now
-    look.stop()
+    QTest.keyClick(series, KEY.Key_A)
+    assert look.running
+    assert series.document.interval_id == now
+    QTest.keyClick(series, other)
     series.settings.look_ms = 0
+    assert not look.running
     assert set(decisions(series)) == {Decision.UNDECIDED}
 
 
@@ -260,10 +273,7 @@ def test_a_group_whose_errors_were_seen_one_by_one_is_decided_at_once(qtbot, ser
         document.select_interval(k, jump=True)
         qtbot.waitUntil(series.viewport.has_painted_interval)
     table = series.intervals.table
-    row = next(
-        r for r in range(table.model().rowCount()) if len(series.intervals._thing(r).ids) == SERIES
-    )
-    table.setCurrentIndex(table.model().index(row, 0))
+    table.setCurrentIndex(table.model().index(row_of_series(series), 0))
     act(series, "zoom_to_interval")
     qtbot.waitUntil(series.viewport.has_painted_interval)
     assert series.intervals.selected_ids() == group
@@ -284,17 +294,175 @@ def test_of_a_large_group_the_worst_errors_are_shown_and_this_is_said(
     press(qtbot, series, KEY.Key_A)
     assert decisions(series).count(Decision.ACCEPTED) == SERIES
     assert set(painted) & {j.id for j in others} == {j.id for j in worst}
-    assert "not seen 12 errors" in announced[0]
+    assert "not seen 12 grouped errors" in announced[0]
     assert "worst 3 " in announced[0]
     assert series.statusBar().currentMessage() == (
         "The decision applies to 13 errors. You have seen 4 of them."
     )
 
 
-def test_rows_that_a_person_has_selected_are_decided_at_once(qtbot, series):
-    table = series.intervals.table
-    table.selectAll()
-    assert series.intervals.has_several_selected
+def select_rows(window, rows):
+    """Select rows of the table, as with Ctrl and clicks."""
+    table = window.intervals.table
+    flags = QItemSelectionModel.SelectionFlag
+    table.selectionModel().clearSelection()
+    for row in rows:
+        how = flags.Select | flags.Rows
+        table.selectionModel().setCurrentIndex(table.model().index(row, 0), how)
+    assert window.intervals.has_several_selected
+
+
+def test_rows_that_a_person_has_selected_one_by_one_are_decided_at_once(qtbot, series):
+    act(series, "group_errors")
+    try:
+        select_rows(series, (1, 4))
+        ids = series.intervals.selected_ids()
+        qtbot.waitUntil(series.viewport.has_painted_interval)
+        QTest.keyClick(series, KEY.Key_A)
+        accepted = {j.id for j in series.document.intervals if j.decision == Decision.ACCEPTED}
+        assert accepted == set(ids)
+        assert len(ids) == 2
+    finally:
+        act(series, "group_errors")
+
+
+@pytest.mark.parametrize("rows", ["every", "two"])
+def test_of_several_selected_groups_all_errors_are_shown(qtbot, series, painted, rows, monkeypatch):
+    monkeypatch.setattr(look_through, "MOST", 1000)
+    table, document = series.intervals.table, series.document
+    if rows == "every":
+        table.selectAll()
+    else:
+        row = row_of_series(series)
+        select_rows(series, (row, row + 1 if row == 0 else row - 1))
+    ids, grouped = series.intervals.selected_ids(), series.intervals.ids_in_selected_groups()
+    selected = series.intervals._selected_rows()
+    first = document.interval_id
     qtbot.waitUntil(series.viewport.has_painted_interval)
-    QTest.keyClick(series, KEY.Key_A)
-    assert set(decisions(series)) == {Decision.ACCEPTED}
+    look = begin(series, KEY.Key_A)
+    assert set(decisions(series)) == {Decision.UNDECIDED}
+    assert series.intervals._selected_rows() == selected
+    end(qtbot, look)
+    assert {j.id for j in document.intervals if j.decision == Decision.ACCEPTED} == set(ids)
+    assert len(grouped) >= SERIES
+    assert {*painted, first, *seen_before(series)} >= set(grouped)
+
+
+def seen_before(window):
+    """The first error of the series, and what was selected on the way to it."""
+    document = window.document
+    look = window.review_actions.look_through
+    return {j.id for j in document.intervals if j.interval in look._painted}
+
+
+@pytest.mark.parametrize("way", ["all rows", "no groups"])
+def test_the_decision_is_on_the_group_that_was_shown(qtbot, series, way):
+    series.settings.look_ms = 10_000
+    look = begin(series, KEY.Key_A)
+    if way == "all rows":
+        series.intervals.table.selectAll()
+    else:
+        act(series, "group_errors")
+    try:
+        assert not look.running
+        assert set(decisions(series)) == {Decision.UNDECIDED}
+    finally:
+        if way == "no groups":
+            act(series, "group_errors")
+
+
+def test_the_ids_at_the_key_are_decided(qtbot, series, monkeypatch):
+    group = series.intervals.selected_ids()
+    look = begin(series, KEY.Key_A)
+    every = tuple(j.id for j in series.document.intervals)
+    monkeypatch.setattr(look, "_check", lambda: None)  # as if this change were not noticed
+    monkeypatch.setattr(series.intervals, "selected_ids", lambda: every)
+    end(qtbot, look)
+    accepted = {j.id for j in series.document.intervals if j.decision == Decision.ACCEPTED}
+    assert accepted == set(group)
+
+
+def test_the_same_decision_of_another_reviewer_stays_that_reviewer_s(qtbot, series, connect):
+    document, group = series.document, series.intervals.selected_ids()
+    document.do(Decide(group[:5], Decision.ACCEPTED, "Kim", "then"))
+    document.do(Decide(group[5:6], Decision.ACCEPTED, "Kim", "then", in_bulk=True))
+    counts = []
+    connect(series.review_actions.look_through.done, lambda *n: counts.append(n))
+    press(qtbot, series, KEY.Key_A)
+    by = {j.id: (j.reviewer, j.decided_at == "then", j.in_bulk) for j in document.intervals}
+    assert {by[k] for k in group[:5]} == {("Kim", True, False)}
+    assert {by[k] for k in group[5:]} == {("Ada", False, False)}
+    assert counts == [(SERIES - 5, SERIES - 5)]
+
+
+def test_an_interval_whose_frames_were_not_painted_is_not_seen(qtbot, series, painted):
+    document, group = series.document, series.intervals.selected_ids()
+    for k in group:
+        document.select_interval(k)
+        document.go_to(0)
+        qtbot.waitUntil(lambda: document.frame == 0 and not series.viewport.pending)
+        qtbot.waitUntil(series.viewport.has_painted_interval)
+    assert all(document.found(k).interval.start > 0 for k in group)
+    table = series.intervals.table
+    table.setCurrentIndex(table.model().index(row_of_series(series), 0))
+    document.go_to(document.interval.interval.seen_at)
+    act(series, "zoom_to_interval")
+    qtbot.waitUntil(series.viewport.has_painted_interval)
+    painted.clear()
+    look = begin(series, KEY.Key_A)
+    end(qtbot, look)
+    assert len({*painted} & {*group}) >= SERIES - 2
+
+
+def test_errors_in_a_hidden_view_are_not_seen(qtbot, series, monkeypatch, connect):
+    counts = []
+    connect(series.review_actions.look_through.done, lambda *n: counts.append(n))
+    monkeypatch.setattr(type(series.viewport), "is_hidden", True)
+    press(qtbot, series, KEY.Key_A)
+    ((seen, total),) = counts
+    assert seen <= 1  # the first one was painted before the view was hidden
+    assert total == SERIES
+    assert f"seen {seen} of them" in series.statusBar().currentMessage()
+
+
+def test_a_decision_that_fails_is_not_reported_as_made(qtbot, series, monkeypatch, connect):
+    look, made = series.review_actions.look_through, []
+    connect(look.done, lambda *n: made.append(n))
+    monkeypatch.setattr(series.document, "_may_change", lambda: False)
+    press(qtbot, series, KEY.Key_A)
+    assert made == []
+    assert not series.bar.isVisible()
+    assert set(decisions(series)) == {Decision.UNDECIDED}
+
+
+@pytest.mark.parametrize("way", ["minimised", "another program", "no paint"])
+def test_without_a_person_who_sees_them_the_look_stops(qtbot, series, monkeypatch, way):
+    look = series.review_actions.look_through
+    if way == "no paint":
+        monkeypatch.setattr(look_through, "_MOST_CHECKS", 3)
+        monkeypatch.setattr(type(series.viewport), "painted_frame", None)
+    elif way == "minimised":
+        monkeypatch.setattr(series, "isMinimized", lambda: True)
+    begin(series, KEY.Key_A)
+    if way == "another program":
+        go(Qt.ApplicationState.ApplicationInactive)
+    end(qtbot, look)
+    assert set(decisions(series)) == {Decision.UNDECIDED}
+
+
+def go(state):
+    """As if the person went to another program, or came back."""
+    QGuiApplication.instance().applicationStateChanged.emit(state)
+
+
+def test_a_moment_in_another_window_does_not_stop(qtbot, series):
+    look = begin(series, KEY.Key_A)
+    go(Qt.ApplicationState.ApplicationInactive)  # as when a popup closes
+    go(Qt.ApplicationState.ApplicationActive)
+    end(qtbot, look)
+    assert decisions(series).count(Decision.ACCEPTED) == SERIES
+
+
+def test_a_reason_is_only_for_a_rejection(series):
+    with pytest.raises(ValueError, match="reason"):
+        series.document.decide(Decision.ACCEPTED, reason="noise")

@@ -12,6 +12,7 @@ from inspector.panels.interval_filter import FILTERS, OF_CHAIN
 from inspector.panels.interval_rows import GroupRow
 from inspector.reviewers.comparison_panel import DifferencesModel
 from inspector.session.settings import Settings
+from inspector.viewport import frame_drawing
 from tests.conftest import ASSETS
 from tests.gui.windows import act, open_clip
 from tests.twistcore.test_all_joints import stepping
@@ -19,7 +20,9 @@ from twistcore.detection import Kind
 from twistcore.detection.error_label import error_label
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
-from twistcore.review import Decision, session_bytes
+from twistcore.review import Decide, Decision, Insert, session_bytes
+from twistcore.review.model import constant_interval
+from twistcore.skeleton.limb import Limb
 from twistcore.synthesis import InjectedError, inject
 
 ONE_WINDOW = True
@@ -97,6 +100,78 @@ def test_it_is_listed_with_every_chain_and_hidden_with_all(window, step):
     assert step.id not in panel.shown_ids()
 
 
+def with_errors_of_another_chain(document):
+    """Two errors made by hand in the forearm, one before the step and one after it."""
+    for start in (50, 200):
+        document.do(Insert(constant_interval("LeftForeArm", start, start + 20, 0.4)))
+    return [j for j in document.intervals if j.interval.chain == "LeftForeArm"]
+
+
+def test_it_does_not_change_the_selected_chain(qtbot, window, step):
+    document, panel = window.document, window.intervals
+    other, _ = with_errors_of_another_chain(document)
+    document.select_interval(other.id, jump=True)
+    chain = document.chain
+    document.select_interval(step.id, jump=True)
+    assert document.chain == chain != FIRST
+    qtbot.waitUntil(lambda: LABEL in window.viewport.overlays.legend.text().replace("&nbsp;", " "))
+    qtbot.waitUntil(lambda: step in window.timeline.scenery.intervals)
+    starts = [j.interval.start for j in window.timeline.scenery.intervals]
+    assert starts == [50, 150, 200]
+    document.select_chain(FIRST)
+    document.select_chain(chain)
+    assert document.interval == step
+    document.select_interval(other.id)
+    document.select_chain(FIRST)
+    assert document.interval is None
+    document.select_interval(other.id)
+    panel.filter.setCurrentIndex(list(FILTERS).index(OF_CHAIN))
+    try:
+        listed = set(panel.shown_ids())
+        assert step.id in listed
+        seen = []
+        for _ in listed:
+            window.review_actions.step_interval(+1)
+            seen.append(document.interval_id)
+            assert document.chain == chain
+            assert set(panel.shown_ids()) == listed
+            document.do(Decide((document.interval_id,), Decision.ACCEPTED))
+        assert step.id in seen
+    finally:
+        panel.filter.setCurrentIndex(0)
+
+
+def test_with_a_limb_the_view_says_the_same_about_it(qtbot, window, step, monkeypatch):
+    document, legend = window.document, window.viewport.overlays.legend
+    limb = next(c for c in document.data.chains_and_limbs if isinstance(c, Limb))
+    document.select_interval(step.id, jump=True)
+    qtbot.waitUntil(lambda: LABEL in legend.text().replace("&nbsp;", " "))
+    text = legend.text()
+    document.select_chain(limb.name)
+    assert document.interval == step
+    window.viewport.refresh()
+    monkeypatch.setattr(type(window.viewport.scene), "circled", False)  # as if it were straight
+    assert window.viewport.drawing.legend(window.viewport.scene, window.colours.theme) == text
+    monkeypatch.setattr(frame_drawing, "_SHORT", -1.0)  # the bones from the hips have no length
+    assert frame_drawing.pictured_chain(document).name == step.interval.joint == "Hips"
+
+
+def test_from_the_beginning_it_is_the_first_as_in_the_table(window, step):
+    document = window.document
+    other, _ = with_errors_of_another_chain(document)
+    assert window.intervals.shown_ids()[0] == step.id
+    document.set_order("chain")
+    document.select_interval(None)
+    document.select_chain(FIRST)
+    document.go_to(0)
+    document.step_interval(+1)
+    assert document.interval == step
+    document.select_interval(None)
+    document.go_to(100)  # after an error of the chain
+    document.step_interval(+1)
+    assert document.interval == other
+
+
 def test_the_table_of_chains_does_not_count_it(window):
     own = sum(
         j.interval.chain == FIRST and j.interval.kind != Kind.BODY_STEP
@@ -119,7 +194,9 @@ def test_verdicts_by_chain_say_whole_body(qtbot, window, step):
 def test_a_comparison_says_whole_body(window, step):
     model = DifferencesModel(window.document, window.colours)
     assert model.label(step.interval) == LABEL
-    assert model.label(replace(step.interval, chain="Tail")) == "Tail"
+    assert model.label(replace(step.interval, chain="Tail")) == LABEL
+    assert model.label(replace(step.interval, chain="Tail", kind=Kind.COUNTER_TWIST)) == "Tail"
+    assert window.history._label(replace(step.interval, chain="Tail")) == LABEL
 
 
 def test_of_several_people_its_label_names_the_person(window, step):

@@ -24,7 +24,6 @@ from twistcore.review import (
     Insert,
     LeaveOut,
     Redetect,
-    RejectFor,
     Review,
     Sign,
     start_review,
@@ -132,7 +131,13 @@ def commands(state):
     ids = st.sampled_from([j.id for j in state.intervals])
     return st.one_of(
         st.builds(Decide, st.tuples(ids), st.sampled_from(list(Decision)), BY),
-        st.builds(RejectFor, st.tuples(ids), st.text(max_size=3), BY),
+        st.builds(
+            Decide,
+            st.tuples(ids),
+            st.just(Decision.REJECTED),
+            BY,
+            reason=st.text(max_size=3),
+        ),
         st.builds(Annotate, ids, st.text(max_size=8), st.text(max_size=3)),
         st.builds(
             lambda i, grow: Edit(

@@ -31,7 +31,6 @@ from twistcore.review import (
     Insert,
     Journal,
     Redetect,
-    RejectFor,
     Remove,
     Review,
     Sign,
@@ -151,7 +150,7 @@ def test_a_rejection_with_its_reason_is_one_step():
     review = fresh()
     one, other, *rest = (j.id for j in review.state.intervals)
     before = review.state
-    review.do(RejectFor((one, other), "fast but real", "Kim", "then"))
+    review.do(Decide((one, other), Decision.REJECTED, "Kim", "then", reason="fast but real"))
     for judged in map(review.state.find, (one, other)):
         said = judged.decision, judged.reason, judged.reviewer, judged.decided_at
         assert said == (Decision.REJECTED, "fast but real", "Kim", "then")

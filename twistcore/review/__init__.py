@@ -16,7 +16,7 @@ from twistcore.review.commands import (
     Settle,
     Track,
 )
-from twistcore.review.decisions import Decide, RejectFor, Sign
+from twistcore.review.decisions import Decide, Sign
 from twistcore.review.history import Review
 from twistcore.review.journal import Journal, Recovered, replay_journal
 from twistcore.review.left_out import LeaveOut
@@ -42,7 +42,6 @@ __all__ = [
     "LeaveOut",
     "Recovered",
     "Redetect",
-    "RejectFor",
     "Remove",
     "Review",
     "ReviewState",

@@ -23,6 +23,8 @@ class Decide(Command):
         The reviewer's name and the time (ISO 8601).
     in_bulk
         True if all confident intervals were decided together, without viewing each one.
+    reason
+        The reason for a rejection, or '' to keep the reasons.
     """
 
     ids: tuple[int, ...]
@@ -30,6 +32,7 @@ class Decide(Command):
     reviewer: str = ""
     decided_at: str = ""
     in_bulk: bool = False
+    reason: str = ""
 
     @property
     def text(self) -> str:
@@ -48,7 +51,7 @@ class Decide(Command):
         return self.ids
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """Return the state with the decision on the intervals.
+        """Return the state with the decision on the intervals, and with the reason if there is one.
 
         If the decision is reset to undecided, the reviewer's name and the time are removed, too.
         """
@@ -56,45 +59,9 @@ class Decide(Command):
         by, at = ("", "") if undecided else (self.reviewer, self.decided_at)
         bulk = self.in_bulk and not undecided
         verdict = {"decision": self.decision, "reviewer": by, "decided_at": at, "in_bulk": bulk}
+        if self.reason:
+            verdict["reason"] = self.reason
         return state.with_changes(self.ids, **verdict)
-
-
-@dataclass(frozen=True)
-class RejectFor(Command):
-    """Reject one or more intervals and set the reason, in one step.
-
-    Parameters
-    ----------
-    ids
-        The ids of the intervals.
-    reason
-        The reason for rejecting them.
-    reviewer, decided_at
-        The reviewer's name and the time (ISO 8601).
-    """
-
-    ids: tuple[int, ...]
-    reason: str
-    reviewer: str = ""
-    decided_at: str = ""
-
-    @property
-    def _rejection(self) -> Decide:
-        return Decide(self.ids, Decision.REJECTED, self.reviewer, self.decided_at)
-
-    @property
-    def text(self) -> str:
-        """The command's name in the undo menu."""
-        return self._rejection.text
-
-    @property
-    def interval_ids(self) -> tuple[int, ...]:
-        """The ids of the rejected intervals."""
-        return self.ids
-
-    def apply(self, state: ReviewState) -> ReviewState:
-        """Return the state in which the intervals are rejected for the reason."""
-        return self._rejection.apply(state).with_changes(self.ids, reason=self.reason)
 
 
 @dataclass(frozen=True)

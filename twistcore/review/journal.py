@@ -328,6 +328,7 @@ def session_journal_entry(clip: Clip, state: ReviewState) -> dict[str, Any]:
     return {"session": session_document(clip, state)}
 
 
+_DECIDE = "Decide"
 # Names that older programs do not know, so that they stop there instead of tracking differently.
 _BOTH_WAYS = "TrackBothWays"  # tracks forward and backward, or tracks the position
 _SPLINE = "Smooth"  # smooths with the spline
@@ -375,6 +376,8 @@ def command_to_json(command: Command) -> dict[str, Any]:
     """Return a command as a dict of its fields, in which the key "do" names the command."""
     fields = {_NAMES.get(k, k): _FORMS[k][0](v) for k, v in vars(command).items()}
     verb = type(command).__name__
+    if verb == _DECIDE and not fields["reason"]:
+        del fields["reason"]
     if isinstance(command, Track) and needs_both_ways_schema(command.tracking):
         verb = _SPLINE if command.tracking and command.tracking.spline else _BOTH_WAYS
     return {"do": verb, **fields}
@@ -385,6 +388,8 @@ def command_from_json(entry: Any) -> Command:
     kind: Any = _KINDS[check_choice(check_keys(entry, "do")["do"], "do", _KINDS)]
     # The first journals did not have these fields.
     entry = {"same_clip": False, "in_bulk": False, "what": "", **entry}
+    if entry["do"] == _DECIDE:
+        entry.setdefault("reason", "")  # written only if there is one
     names = {field.name: _NAMES.get(field.name, field.name) for field in fields(kind)}
     check_keys(entry, *names.values())
     read = {name: _FORMS[name][1](entry[key]) for name, key in names.items()}

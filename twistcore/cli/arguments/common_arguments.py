@@ -88,11 +88,11 @@ def add_fps(parser: argparse._ActionsContainer) -> None:
 def add_output(
     parser: argparse.ArgumentParser,
     what: str = "clip to write; '-' is standard output",
-    type: Callable[[str], object] = parse_clip_output_path,
+    parse: Callable[[str], object] = parse_clip_output_path,
     metavar: str = "OUT",
 ) -> None:
     """Add the option -o for the clip, file or folder to write."""
-    parser.add_argument("-o", "--output", type=type, required=True, metavar=metavar, help=what)
+    parser.add_argument("-o", "--output", type=parse, required=True, metavar=metavar, help=what)
 
 
 def add_workers(parser: argparse._ActionsContainer, what: str = "number of processes") -> None:
