@@ -76,7 +76,8 @@ def steps(tool: str, path: str, out: str) -> Steps:
 
 
 def _ours(path: str, out: str) -> Steps:
-    from twistcore.formats.bvh import read_bvh, write_clip
+    from twistcore.formats.bvh import read_bvh
+    from twistcore.formats.clip import write_clip
     from twistcore.skeleton.motion import forward_kinematics
     from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
 

@@ -273,9 +273,14 @@ class Document(OpenClip):
 
     @staticmethod
     def is_changed_by(judged: Judged, decision: Decision, reason: str = "") -> bool:
-        """Return True if an interval lacks a decision or its reason, or was decided in bulk."""
+        """Return True if an interval lacks a person's own decision or its reason.
+
+        An interval that was decided in bulk, or whose correction was applied automatically, has no
+        decision of a person yet.
+        """
         same = judged.decision == decision and reason in ("", judged.reason)
-        return not same or judged.in_bulk
+        by_person = decision == Decision.UNDECIDED or judged.decided_at or judged.reviewer
+        return not same or judged.in_bulk or not by_person
 
     def _decide(
         self,

@@ -304,8 +304,8 @@ class OpenClip(QObject):
     def _from_playhead(self, direction: int, undecided: bool, listed: set[int]) -> int | None:
         """Return the id of the next (+1) or previous (−1) interval, starting from the playhead.
 
-        Intervals are ordered by time or by chain. Like in the table, errors of the whole body
-        precede the chains. The search wraps around at the end.
+        Intervals are ordered by time or by chain. In the order by chain, errors of the whole body
+        precede the chains, as in the table. The search wraps around at the end.
         """
         state, by_time = self.review.state, self.order == "time"
         row = {name: k for k, name in enumerate(state.tau)}
@@ -316,13 +316,16 @@ class OpenClip(QObject):
             and (not undecided or j.decision == Decision.UNDECIDED)
         ]
 
+        own = row.get(self.chain, -1)
+
         def place(judged: Judged, frame: int) -> tuple[int, int]:
             of_body = judged.interval.kind.info.whole_body
-            chain = -1 if of_body else row.get(judged.interval.chain, len(row))
-            return (frame, chain) if by_time else (chain, frame)
+            chain = row.get(judged.interval.chain, len(row))
+            if by_time:
+                return frame, own if of_body else chain
+            return -1 if of_body else chain, frame
 
         chosen.sort(key=lambda j: place(j, j.interval.start), reverse=direction < 0)
-        own = row.get(self.chain, -1)
         here = (self.frame, own) if by_time else (own, self.frame)
         of_chains = (j for j in chosen if not j.interval.kind.info.whole_body)
         if (

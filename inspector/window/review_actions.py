@@ -156,6 +156,7 @@ class ReviewActions:
         if decision == Decision.UNDECIDED or not grouped:
             decide()
             return
+        self.card.commit()  # or its note would be a change of the review during the look
         self._wanted = decision, reason
         there = (judged for judged in map(self.document.found, ids) if judged is not None)
         changed = [j for j in there if self.document.is_changed_by(j, decision, reason)]

@@ -17,6 +17,7 @@ from tests.conftest import ASSETS
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, decisions, open_clip, press, wait_until_active
 from twistcore.review import Annotate, Decide, Decision, replay_journal
+from twistcore.review.model import APPLIED
 
 ONE_WINDOW = True
 SERIES = 13  # errors in the second group of the clip
@@ -393,6 +394,26 @@ def test_the_same_decision_of_another_reviewer_stays_that_reviewer_s(qtbot, seri
     assert {by[k] for k in group[:5]} == {("Kim", True, False)}
     assert {by[k] for k in group[5:]} == {("Ada", False, False)}
     assert counts == [(SERIES - 5, SERIES - 5)]
+
+
+def test_an_automatic_correction_is_decided_by_the_person_who_accepts_it(qtbot, series):
+    document, group = series.document, series.intervals.selected_ids()
+    document.do(Decide(group[:5], Decision.ACCEPTED))  # no name and no time
+    assert APPLIED in {document.found(k).verdict for k in group[:5]}
+    look = begin(series, KEY.Key_A)
+    end(qtbot, look)
+    by = {j.id: j.reviewer for j in document.intervals}
+    assert {by[k] for k in group} == {"Ada"}
+
+
+def test_a_note_that_is_still_being_typed_does_not_stop_the_look(qtbot, series):
+    """A tool button takes no focus, so the note is stored when the next error is selected."""
+    series.review_actions.card.note.setText("strap slipped")
+    look = begin(series, KEY.Key_A)
+    end(qtbot, look)
+    document = series.document
+    assert decisions(series).count(Decision.ACCEPTED) == SERIES
+    assert [j.note for j in document.intervals if j.note] == ["strap slipped"]
 
 
 def test_an_interval_whose_frames_were_not_painted_is_not_seen(qtbot, series, painted):
