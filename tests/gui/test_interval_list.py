@@ -59,9 +59,9 @@ def test_names_of_the_file_are_told_where_they_say_something_else(analysed):
     assert chain_joint_names(arm, skeleton) == "LeftForeArm → LeftHand"
     assert chain_joint_names(limb, skeleton).count(" → ") == 2
     assert joint_names_unlike_label(arm, skeleton) == ""
-    for prefix, told in (("mixamorig:", False), ("x", False)):
+    for prefix, named in (("mixamorig:", False), ("x", False)):
         names = tuple(f"{prefix}{name}" for name in skeleton.names)
-        assert bool(joint_names_unlike_label(arm, replace(skeleton, names=names))) == told
+        assert bool(joint_names_unlike_label(arm, replace(skeleton, names=names))) == named
     names = tuple({"LeftForeArm": "lradius"}.get(n, n) for n in skeleton.names)
     assert joint_names_unlike_label(arm, replace(skeleton, names=names)) == "lradius → LeftHand"
 
@@ -89,8 +89,8 @@ def judged(**changes):
     ],
 )
 def test_what_a_filter_admits(parts, admitted):
-    told = "Left Arm loose strap"
-    assert IntervalFilter.read(*parts).admits(judged(), True, lambda _: told) == admitted
+    named = "Left Arm loose strap"
+    assert IntervalFilter.read(*parts).admits(judged(), True, lambda _: named) == admitted
 
 
 def test_what_has_no_confidence_is_on_neither_side_of_a_bound():

@@ -86,8 +86,8 @@ def test_a_clip_in_which_nothing_can_be_checked_is_not_called_clean(tmp_path):
     at = next(k for k, line in enumerate(lines) if line.startswith("Frames:"))
     short = [*lines[:at], "Frames: 2", lines[at + 1], *lines[at + 2 : at + 4]]
     (tmp_path / "short.bvh").write_text("\n".join(short) + "\n", "utf-8")
-    told = survey_clip(tmp_path / "short.bvh").unchecked
-    assert told.startswith("2 frames ")
+    reported = survey_clip(tmp_path / "short.bvh").unchecked
+    assert reported.startswith("2 frames ")
     (tmp_path / "ball.bvh").write_text(
         "HIERARCHY\nROOT Ball\n{\nOFFSET 0 0 0\nCHANNELS 3 Xposition Yposition Zposition\n"
         "End Site\n{\nOFFSET 0 1 0\n}\n}\nMOTION\nFrames: 100\nFrame Time: 0.01\n"

@@ -184,9 +184,9 @@ def test_blocks_are_as_long_as_wanted_and_end_behind_a_number(monkeypatch, gap):
         assert 40 <= b - a <= 40 + 9
         assert text[b - 1 : b] in b" \n\t\r"
     assert list(_spans(text, 5, 30)) == [(5, 30)]
-    told = []
-    parse_motion_numbers(text, 5, told.append)
-    assert told == pytest.approx([(b - 5) / (len(text) - 5) for _, b in spans])
+    reported = []
+    parse_motion_numbers(text, 5, reported.append)
+    assert reported == pytest.approx([(b - 5) / (len(text) - 5) for _, b in spans])
 
 
 def test_exponents_and_plus_signs_are_read_together_and_only_what_is_left_one_by_one():

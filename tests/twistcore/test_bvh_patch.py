@@ -84,8 +84,8 @@ def test_positions_that_differ_are_told_where_they_stand():
         moved[frame, column] = number
     after = motion_from_channels(SKELETON, LAYOUTS, moved, 0.1)
     tokens, numbers = changed_position_values(LAYOUTS, COLUMNS, before, after)
-    told = dict(zip(tokens.tolist(), numbers.tolist(), strict=True))
-    assert told == {0: -1.0, 2 * 9 + 1: -2.0, 5 * 9 + 2: -3.0, 3 * 9 + 8: -4.0}
+    written_values = dict(zip(tokens.tolist(), numbers.tolist(), strict=True))
+    assert written_values == {0: -1.0, 2 * 9 + 1: -2.0, 5 * 9 + 2: -3.0, 3 * 9 + 8: -4.0}
 
 
 def test_turned_joints_are_told_in_degrees_where_they_stand():
@@ -97,8 +97,8 @@ def test_turned_joints_are_told_in_degrees_where_they_stand():
     after = replace(before, rotations=rotations)
     changed = np.zeros((6, 3), dtype=bool)
     changed[[2, 3, 5], 0] = True
-    told = changed_rotation_values(values(), LAYOUTS, SKELETON.names, after, changed)
-    tokens, numbers, jumps = told
+    written_values = changed_rotation_values(values(), LAYOUTS, SKELETON.names, after, changed)
+    tokens, numbers, jumps = written_values
     assert jumps == ()
     assert sorted(tokens.tolist()) == [f * 9 + c for f in (2, 3, 5) for c in (3, 4, 5)]
     written = values()

@@ -214,9 +214,9 @@ def test_the_budget_goes_by_the_size_of_a_clip() -> None:
 def test_all_limbs_share_one_budget(monkeypatch: pytest.MonkeyPatch) -> None:
     given = []
 
-    def seek(*_limbs: object) -> soft_intervals.Searched:
-        given.append(_limbs[-1])
-        return search_soft_errors(*_limbs)  # type: ignore[arg-type]
+    def seek(*limbs: Any) -> soft_intervals.Searched:
+        given.append(limbs[-1])
+        return search_soft_errors(*limbs)
 
     monkeypatch.setattr(consistency, "search_soft_errors", seek)
     motion = read_bvh(ASSETS / "walk.bvh").motion

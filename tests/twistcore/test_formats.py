@@ -326,9 +326,9 @@ def test_the_journal_s_lines_are_those_that_are_written():
 
 def test_the_lines_about_what_apply_wrote_are_those_that_are_written(tmp_path):
     (tmp_path / WRITTEN).write_text(APPLIED, "utf-8")
-    told = read_replayed_clip_hashes(tmp_path)
-    assert list(told) == ["takes/walk.bvh", "run.bvh"]
+    hashes = read_replayed_clip_hashes(tmp_path)
+    assert list(hashes) == ["takes/walk.bvh", "run.bvh"]
     (tmp_path / WRITTEN).unlink()
-    for name, sha256 in told.items():
+    for name, sha256 in hashes.items():
         add_replayed_clip_hash(tmp_path, name, sha256)
     assert (tmp_path / WRITTEN).read_text("utf-8") == APPLIED

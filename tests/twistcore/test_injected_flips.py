@@ -215,14 +215,14 @@ def test_an_end_taken_for_what_it_is_not_is_an_error(carried):
     along = remove_twist(dirty, EVERY, {name: offset}, {name: offset})
     stays = remove_twist(dirty, EVERY, {name: offset})
     right, wrong = (along, stays) if carried else (stays, along)
-    told = [
+    reported = [
         summarise_samples([measure_corrected_clip(truth, WALK, m, CHAINS)]) for m in (right, wrong)
     ]
-    assert [t.overall.fsr_percent for t in told] == [100.0, 0.0]
-    assert told[0].damage_share == 0.0
+    assert [t.overall.fsr_percent for t in reported] == [100.0, 0.0]
+    assert reported[0].damage_share == 0.0
     pairs = WALK.frames * len({j for c in CHAINS for j in (c.parent, c.child)}) - 20
     damaged = 20 if carried else 0  # an end that was right is turned; one that was wrong, left
-    assert told[1].damage_share == pytest.approx(100.0 * damaged / pairs)
+    assert reported[1].damage_share == pytest.approx(100.0 * damaged / pairs)
 
 
 class TruthTeller(ClipAnalysis):

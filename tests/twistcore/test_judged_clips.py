@@ -68,17 +68,19 @@ def judged_state(analysis, said, **more):
 def test_verdicts_are_accepted_or_rejected_and_what_nobody_said_is_none(analysis):
     decisions = Decision.ACCEPTED, Decision.REJECTED, Decision.UNDECIDED
     state = judged_state(analysis, lambda k: decisions[k % 3])
-    told = judged_clip_from_review(analysis, state)
+    judged_clip = judged_clip_from_review(analysis, state)
     wanted = [j for j in state.intervals if j.decision != Decision.UNDECIDED]
-    assert len(told.verdicts) == len(wanted) > 3
-    assert [v.error for v in told.verdicts] == [j.decision == Decision.ACCEPTED for j in wanted]
-    assert told.rig == skeleton_hash(analysis.motion.skeleton)
+    assert len(judged_clip.verdicts) == len(wanted) > 3
+    assert [v.error for v in judged_clip.verdicts] == [
+        j.decision == Decision.ACCEPTED for j in wanted
+    ]
+    assert judged_clip.rig == skeleton_hash(analysis.motion.skeleton)
     first = wanted[0].interval
     left = judged_clip_from_review(
         analysis, replace(state, left_out=((first.start, first.start + 1),))
     )
-    assert len(left.verdicts) < len(told.verdicts)
-    assert left.minutes == pytest.approx(told.minutes - analysis.motion.frame_time / 60.0)
+    assert len(left.verdicts) < len(judged_clip.verdicts)
+    assert left.minutes == pytest.approx(judged_clip.minutes - analysis.motion.frame_time / 60.0)
     automatic = judged_state(analysis, lambda _: Decision.ACCEPTED, decided_at="")
     assert judged_clip_from_review(analysis, automatic).verdicts == ()
     sure = judged_state(analysis, lambda _: Decision.UNDECIDED)
@@ -104,9 +106,9 @@ def half_judged(analysis, said=lambda _: Decision.ACCEPTED):
 
 def test_chains_that_nobody_has_judged_are_none_without_an_alarm(analysis):
     first, state = half_judged(analysis)
-    told = judged_clip_from_review(analysis, state)
-    assert told.reviewed.keys() == {first}
-    assert told.reviewed_chains == 1.0
+    judged_clip = judged_clip_from_review(analysis, state)
+    assert judged_clip.reviewed.keys() == {first}
+    assert judged_clip.reviewed_chains == 1.0
     done = judged_clip_from_review(analysis, judged_state(analysis, lambda _: Decision.REJECTED))
     assert done.reviewed.keys() == {c.name for c in analysis.chains}  # in these nothing was listed
 
@@ -134,8 +136,8 @@ def test_of_a_chain_decided_in_part_only_that_part_was_looked_at(analysis):
     part = [
         replace(j, decision=Decision.UNDECIDED) if j is strongest else j for j in state.intervals
     ]
-    told = judged_clip_from_review(analysis, state.with_intervals(part))
-    assert told.shares["LeftForeArm"] == pytest.approx(2 / 3)
+    judged_clip = judged_clip_from_review(analysis, state.with_intervals(part))
+    assert judged_clip.shares["LeftForeArm"] == pytest.approx(2 / 3)
 
 
 def test_where_a_verdict_is_found_is_what_the_detector_finds(analysis):
@@ -146,12 +148,14 @@ def test_where_a_verdict_is_found_is_what_the_detector_finds(analysis):
             same = any((i.start, i.stop) == (v.start, v.stop) for i in found)
             assert v.found[k] == same
     # The strongest jump beside it bounds what finds it: no τ above that does.
-    strengths = [np.degrees(analysis.by().strength(v.chain)).max() for v in told(analysis, state)]
-    for v, strength in zip(told(analysis, state), strengths, strict=True):
+    strengths = [
+        np.degrees(analysis.by().strength(v.chain)).max() for v in judged_clip(analysis, state)
+    ]
+    for v, strength in zip(judged_clip(analysis, state), strengths, strict=True):
         assert not v.found[strength < TAU].any()
 
 
-def told(analysis, state):
+def judged_clip(analysis, state):
     return judged_clip_from_review(analysis, state).verdicts
 
 
@@ -164,13 +168,13 @@ def test_an_error_made_by_hand_is_missed_at_every_tau_unless_it_is_found(analysi
         by_hand=True,
         reviewer="me",
     )
-    told = judged_clip_from_review(analysis, state.with_intervals((*state.intervals, hand)))
-    (mine,) = (v for v in told.verdicts if v.by_hand)
+    judged_clip = judged_clip_from_review(analysis, state.with_intervals((*state.intervals, hand)))
+    (mine,) = (v for v in judged_clip.verdicts if v.by_hand)
     assert not mine.found.any()
     assert mine.confidence is None
-    curve = verdict_curve([told])
-    assert curve.recall.max() == pytest.approx(1 - 1 / len(told.verdicts))
-    assert len(verdicts_with_confidence([told])) == len(told.verdicts) - 1
+    curve = verdict_curve([judged_clip])
+    assert curve.recall.max() == pytest.approx(1 - 1 / len(judged_clip.verdicts))
+    assert len(verdicts_with_confidence([judged_clip])) == len(judged_clip.verdicts) - 1
 
 
 class Lists:
@@ -208,9 +212,9 @@ def test_sessions_of_a_folder(tmp_path, analysis):
     write_session(clip, state, tmp_path / "05_01_refined.replay.json")
     (tmp_path / "other.json").write_text("{}")
     ((found, session),) = sessions_in(tmp_path).of.items()
-    told = read_judged_clip(found, session)
-    assert told.performer == "05"
-    assert len(told.verdicts) == len(state.intervals)
+    judged_clip = read_judged_clip(found, session)
+    assert judged_clip.performer == "05"
+    assert len(judged_clip.verdicts) == len(state.intervals)
     assert read_judged_clip(found, session, "Ann").performer == "Ann"
     document = session_document(clip, state)
     for k, name in enumerate(("", "/", 300 * "a")):  # of no clip at all
@@ -233,8 +237,8 @@ def test_of_two_clips_of_one_stem_a_damaged_session_is_of_the_one_in_its_name(tm
     for name in ("a.amc", "a.bvh"):
         (tmp_path / name).touch()
         (tmp_path / f"{name.removesuffix('.bvh')}.twist.json").write_text("garbage")
-    told = {d.path.name: d.clip.name for d in sessions_in(tmp_path).damaged}
-    assert told == {"a.twist.json": "a.bvh", "a.amc.twist.json": "a.amc"}
+    judged_clip = {d.path.name: d.clip.name for d in sessions_in(tmp_path).damaged}
+    assert judged_clip == {"a.twist.json": "a.bvh", "a.amc.twist.json": "a.amc"}
 
 
 @pytest.mark.parametrize(
@@ -295,14 +299,14 @@ def test_tune_by_verdicts_writes_a_profile(judged_folder, tmp_path, capsys):
 @pytest.mark.thorough
 def test_tune_by_verdicts_says_what_is_missing(judged_folder, tmp_path, capsys):
     output, one = str(tmp_path / "p.toml"), ("--workers", "1")
-    for more, told in (
+    for more, judged_clip in (
         (["--performer", "06"], "'06'"),
         (["--seeds", "5"], "--verdicts"),
         (["--method", "paper"], "consistency"),
     ):
         command = ["tune", str(judged_folder), "--verdicts", "-o", output, *one, *more]
         assert main(command) == 2
-        assert told in capsys.readouterr().err
+        assert judged_clip in capsys.readouterr().err
     damaged = judged_folder / "05_03.twist.json"
     damaged.write_text("garbage")
     assert main(["tune", str(judged_folder), "--verdicts", "-o", output, *one]) == 1

@@ -26,20 +26,20 @@ WORK = ["read", "signals", *DETECTORS]
 
 @pytest.mark.parametrize("name", WORK)
 def test_it_is_told_how_far_work_is(dirty_walk, name):
-    told = []
-    work_on(dirty_walk, name)(told.append)
-    assert told
-    assert told[0] >= 0.0
-    assert told[-1] <= 1.0
-    assert all(a <= b for a, b in pairwise(told))
+    reported = []
+    work_on(dirty_walk, name)(reported.append)
+    assert reported
+    assert reported[0] >= 0.0
+    assert reported[-1] <= 1.0
+    assert all(a <= b for a, b in pairwise(reported))
 
 
 @pytest.mark.parametrize("name", WORK)
 def test_work_ends_where_it_is_cancelled(dirty_walk, name):
-    told = []
+    reported = []
     work = work_on(dirty_walk, name)
-    work(told.append)
-    for last in {0, len(told) // 2, len(told) - 1}:
+    work(reported.append)
+    for last in {0, len(reported) // 2, len(reported) - 1}:
         left = iter(range(last))
 
         def tell(share, left=left):
@@ -52,11 +52,11 @@ def test_work_ends_where_it_is_cancelled(dirty_walk, name):
 
 
 def test_a_part_tells_its_share_of_the_whole():
-    told = []
-    stage = stage_progress(told.append, 0.2, 0.6)
+    reported = []
+    stage = stage_progress(reported.append, 0.2, 0.6)
     for share in (0.0, 0.5, 1.0):
         stage(share)
-    assert told == pytest.approx([0.2, 0.4, 0.6])
+    assert reported == pytest.approx([0.2, 0.4, 0.6])
 
 
 def test_who_deals_with_errors_does_not_swallow_it():

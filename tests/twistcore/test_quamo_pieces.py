@@ -112,11 +112,11 @@ def test_where_nothing_is_captured_nothing_is_tracked(monkeypatch):
 
 
 def test_what_is_done_is_told_once_over_all_pieces():
-    told = []
-    track_with_hand_gains(CUT, JOINTS[:2], causal=False, tell=told.append)
-    assert told == sorted(told)
-    assert told[0] == 0.0
-    assert 0.8 < told[-1] < 1.0
+    reported = []
+    track_with_hand_gains(CUT, JOINTS[:2], causal=False, tell=reported.append)
+    assert reported == sorted(reported)
+    assert reported[0] == 0.0
+    assert 0.8 < reported[-1] < 1.0
 
 
 @pytest.mark.parametrize("causal", [True, False])
@@ -135,8 +135,8 @@ def test_refine_writes_the_bytes_of_a_session_and_names_the_cut(capsys, tmp_path
     words = ["quamo", "refine", str(source), "-o", str(out)]
     assert main(words + (["--causal"] if causal else ["--method", "quamo"])) == 0
     assert out.read_bytes() == expected.read_bytes()
-    told = capsys.readouterr().out
-    assert ("frame 150: " in told) == (not causal)
+    reported = capsys.readouterr().out
+    assert ("frame 150: " in reported) == (not causal)
 
 
 def with_places(moving, *, motion=MOTION):

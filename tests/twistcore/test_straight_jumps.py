@@ -210,9 +210,9 @@ FOUND = {
 @pytest.mark.parametrize("found", FOUND)
 def test_errors_of_a_limb_are_those_of_its_spells_beside_the_jumps(found, bounds):
     motion = erring(CLEAN, ALL + BENT)
-    chain, jumps, told = asked_of(motion, bounds, FOUND[found])
+    chain, jumps, course = asked_of(motion, bounds, FOUND[found])
     errors, claimed = plain_limb(motion, bounds, FOUND[found])
-    limb = find_straight_limb_errors(motion, chain, jumps, lambda: told)
+    limb = find_straight_limb_errors(motion, chain, jumps, lambda: course)
     explained = {"a spell's error": 1, "two of them": 2}.get(found, 0)
     assert len(limb.errors) == len(errors) == len(SPELLS) - explained
     for one, other in zip(limb.errors, errors, strict=True):
@@ -233,11 +233,11 @@ def test_errors_of_a_limb_are_those_of_its_spells_beside_the_jumps(found, bounds
 
 def test_a_spells_error_is_claimed_with_a_frame_on_either_side():
     motion = erring(CLEAN, full(SPELLS[1]))
-    chain, jumps, told = asked_of(motion, WHOLE)
-    limb = find_straight_limb_errors(motion, chain, jumps, lambda: told)
+    chain, jumps, course = asked_of(motion, WHOLE)
+    limb = find_straight_limb_errors(motion, chain, jumps, lambda: course)
     (spell,) = (
         s
-        for s in find_straight_ranges(told, limb.bend, *WHOLE[0], FPS)
+        for s in find_straight_ranges(course, limb.bend, *WHOLE[0], FPS)
         if s.start <= SPELLS[1][0] < s.stop
     )
     at = np.flatnonzero(limb.claimed)
@@ -262,13 +262,13 @@ def test_errors_are_told_by_what_a_chain_turns_by_itself():
 
 def test_a_chain_without_a_hinge_has_no_errors_of_a_straight_limb():
     motion = erring(CLEAN, ALL)
-    chain, jumps, told = asked_of(motion, WHOLE)
-    assert find_straight_limb_errors(motion, chain, jumps, lambda: told) is not None
+    chain, jumps, course = asked_of(motion, WHOLE)
+    assert find_straight_limb_errors(motion, chain, jumps, lambda: course) is not None
     for grandchild in (-1, 0):
         other = replace(chain, grandchild=grandchild)
-        found = find_straight_limb_errors(motion, other, jumps, lambda: told)
+        found = find_straight_limb_errors(motion, other, jumps, lambda: course)
         assert (found is None) == (grandchild < 0)
     still = CLEAN.rotations.copy()
     still[:, chain.child] = still[0, chain.child] * 0.0 + [1.0, 0.0, 0.0, 0.0]
     never_bent = CLEAN.with_rotations(still)
-    assert find_straight_limb_errors(never_bent, chain, jumps, lambda: told) is None
+    assert find_straight_limb_errors(never_bent, chain, jumps, lambda: course) is None

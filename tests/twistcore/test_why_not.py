@@ -238,9 +238,9 @@ def test_limbs_say_what_a_jump_costs():
     found = detect(read_bvh(ASSETS / "kick.bvh"))
     limb = found.limbs[0].name
     low = found.analysis.detect(tau_radians={n: 0.1 * t for n, t in found.tau.items()})
-    told = [r for c in low.limbs for r in why_peaks_lack_interval(low, c.name)]
-    assert {r.why for r in told} <= {Why.MOTION, Why.NO_PARTNER, Why.OTHER, Why.IMAGE}
-    motion = [r for r in told if r.why == Why.MOTION]
+    peak_reasons = [r for c in low.limbs for r in why_peaks_lack_interval(low, c.name)]
+    assert {r.why for r in peak_reasons} <= {Why.MOTION, Why.NO_PARTNER, Why.OTHER, Why.IMAGE}
+    motion = [r for r in peak_reasons if r.why == Why.MOTION]
     assert motion
     assert all(r.numbers["cost_flip"] >= r.numbers["spares"] for r in motion)
     assert why_no_interval_edge(found, limb, 0).why == Why.CUT
