@@ -24,11 +24,11 @@ import numpy as np
 from tests.twistcore.amass_files import amass_arrays
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.detection import Kind
-from twistcore.export.replay import accepted_motion
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import Clip, patch_clip
 from twistcore.formats.npz import parse_npz
 from twistcore.review import Review
+from twistcore.review.replay import accepted_motion
 from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import exponential, normalise
 from twistcore.synthesis import clip_random_generator, draw_errors, draw_targets, inject

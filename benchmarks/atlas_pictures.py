@@ -21,16 +21,17 @@ from matplotlib.patches import Polygon
 
 from twistcore.detection import Kind
 from twistcore.detection.limb_flips.swivel import swivel_of
-from twistcore.detection.lone_jumps import largest_natural_turn, own_bone_axis
+from twistcore.detection.lone_jumps import largest_natural_turn
 from twistcore.detection.straight_limbs.straight_spells import bend_of
-from twistcore.detection.twist_increments import twist_increments
 from twistcore.formats.reading import read_clip
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Motion, forward_kinematics
+from twistcore.skeleton.own_axis import own_bone_axis
 from twistcore.skeleton.rig import AS_FOUND
 from twistcore.skeleton.rotation import conjugate, multiply, rotate, twist_angle, wrap
 from twistcore.skeleton.signals import counter_rotation
+from twistcore.skeleton.twist_increments import twist_increments
 
 Array = NDArray[np.float64]
 

@@ -41,8 +41,8 @@ from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
 from tests.gui.waiting import wait
 from twistcore.analysis.decomposition import WhatIf
+from twistcore.detection.interval_offsets import resized
 from twistcore.formats.clip_files import BVH, clip_paths_in_folder
-from twistcore.review.model import resized
 
 MOST = 1.05  # largest allowed memory as a multiple of the memory at minute ten
 SETTLED = 10.0  # minutes until caches reach their final size

@@ -22,7 +22,7 @@ from scipy.stats import spearmanr
 from inspector.app import make_application
 from inspector.collector import exclude_from_collection
 from inspector.session.settings import Settings
-from twistcore.batch.clip_severity import severity_of_intervals
+from twistcore.analysis.clip_severity import severity_of_intervals
 from twistcore.detection import Interval
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import patch_clip

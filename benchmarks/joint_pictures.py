@@ -23,10 +23,10 @@ from benchmarks.atlas_pictures import plt as plots
 from twistcore.analysis.correction.twist_removal import refine
 from twistcore.detection.evidence import ChainSignals
 from twistcore.detection.interval import Interval, Kind
-from twistcore.detection.lone_jumps import own_bone_axis
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Motion, forward_kinematics
+from twistcore.skeleton.own_axis import own_bone_axis
 from twistcore.skeleton.rig import AS_FOUND
 from twistcore.skeleton.rotation import (
     conjugate,

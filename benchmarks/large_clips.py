@@ -38,9 +38,9 @@ from inspector.app import exclude_from_collection, make_application
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
 from tests.gui.waiting import wait
+from twistcore.detection.interval_offsets import resized
 from twistcore.formats.bvh import write_motion
 from twistcore.review import Decision
-from twistcore.review.model import resized
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import quaternion_from_axis_angle

@@ -26,7 +26,6 @@ from twistcore.detection.counter_twist import counter_rotation
 from twistcore.detection.detectors.consistency import ConsistencyDetector
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.prediction import Mask
-from twistcore.detection.twist_increments import twist_increments
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip_files import BVH, clip_paths_in_folder
 from twistcore.skeleton.chain import Chain
@@ -38,6 +37,7 @@ from twistcore.skeleton.rotation import (
     normalise,
     quaternion_from_axis_angle,
 )
+from twistcore.skeleton.twist_increments import twist_increments
 from twistcore.study.benchmark.clip_scene import CleanScene, make_clean_scene
 from twistcore.study.benchmark.passes import apply_benchmark_method, draw_pass_errors
 from twistcore.synthesis import SUCCESS, InjectedError, inject, parse_protocol

@@ -40,7 +40,7 @@ TESTS: dict[str, tuple[str, ...]] = {
     "twistcore/analysis/correction": ("refinement", "proposal", "corrected"),
     "twistcore/analysis/correction/joint_repairs.py": ("joint_repairs", "turned_ends"),
     "twistcore/analysis/correction/protected_measures.py": ("protected_measures",),
-    "twistcore/batch/clip_severity.py": ("how_large", "batch", "all_joints", "unexamined"),
+    "twistcore/analysis/clip_severity.py": ("how_large", "batch", "all_joints", "unexamined"),
     "twistcore/batch/manifest.py": (
         "batch_inputs",
         "batch_run",
@@ -114,7 +114,7 @@ TESTS: dict[str, tuple[str, ...]] = {
         "straight_jumps",
         "straight_limbs",
     ),
-    "twistcore/detection/twist_increments.py": ("lines_of_chains",),
+    "twistcore/skeleton/twist_increments.py": ("lines_of_chains",),
     "twistcore/export/compare.py": ("compare", "clean", "report_difference"),
     "twistcore/review": (
         "review_model",
@@ -145,7 +145,7 @@ TESTS: dict[str, tuple[str, ...]] = {
     "twistcore/review/proposal.py": ("proposal",),
     "twistcore/review/reasons.py": ("found_again",),
     "twistcore/review/session.py": ("session_document", "journal_entries"),
-    "twistcore/review/soft_onset.py": ("soft_intervals",),
+    "twistcore/detection/soft_onset.py": ("soft_intervals",),
     "twistcore/tuning/verdict_counts.py": ("kind_verdicts",),
 }
 CHANGES = ("killed", "timeout", "survived")

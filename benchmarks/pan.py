@@ -24,9 +24,9 @@ from inspector.session.opening import analyse_clip
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
 from tests.gui.waiting import wait
+from twistcore.detection.interval_offsets import constant_interval
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Redetect
-from twistcore.review.model import constant_interval
 
 FRAMES = 100_000
 

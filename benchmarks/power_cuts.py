@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tests.twistcore.reviews import CLIP, fresh
+from twistcore.detection.interval_offsets import resized
 from twistcore.errors import FormatError, TwistError
 from twistcore.review import (
     Annotate,
@@ -31,7 +32,6 @@ from twistcore.review import (
     replay_journal,
     session_bytes,
 )
-from twistcore.review.model import resized
 
 STEPS = 25
 _ZEROS = bytes(4096)

@@ -21,11 +21,11 @@ import numpy as np
 
 from benchmarks.quamo_rates import motions
 from twistcore.analysis.quality.figure import quality_of_positions
+from twistcore.formats.smpl.skeleton import smpl_joint_positions
 from twistcore.quamo import HandGains, track, track_both_ways
 from twistcore.quamo.network import Network, read_network
 from twistcore.quamo.resample import interpolate_poses_at_times, network_sample_times
 from twistcore.quamo.state_space import NETWORK_DT
-from twistcore.quamo.topology import smpl_joint_positions
 from twistcore.quamo.tracker import Controller
 from twistcore.quamo.weights import WEIGHTS, network_weights_name
 from twistcore.skeleton.rotation import Array

@@ -17,8 +17,8 @@ import numpy as np
 from matplotlib import pyplot as plt
 from matplotlib.collections import LineCollection
 
+from twistcore.formats.smpl.skeleton import ANKLES, PARENTS
 from twistcore.quamo.state_space import NETWORK_DT
-from twistcore.quamo.topology import ANKLES, PARENTS
 from twistcore.skeleton.rotation import Array
 from twistcore.study.quamo.methods import SPLINE, hand_tuned_method
 from twistcore.study.quamo.noise import LEVELS, Noise

@@ -11,8 +11,8 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from twistcore.analysis.quality.figure import foot_contact_mask, root_aligned
+from twistcore.formats.smpl.skeleton import ANKLES, TOES
 from twistcore.quamo.state_space import NETWORK_DT
-from twistcore.quamo.topology import ANKLES, TOES
 from twistcore.skeleton.rotation import Array, conjugate, exponential, logarithm, multiply
 from twistcore.study.quamo.noise import SMOOTH_SECONDS, Noise
 from twistcore.study.quamo.pose_errors import second_difference

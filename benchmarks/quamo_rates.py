@@ -19,6 +19,7 @@ import numpy as np
 from twistcore.analysis.quality.figure import quality_of_positions
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip_files import BVH, clip_paths_in_folder
+from twistcore.formats.smpl.skeleton import CMU_UNIT, find_network_joints, smpl_joint_positions
 from twistcore.quamo import Gains, HandGains, track, track_both_ways
 from twistcore.quamo.resample import interpolate_poses_at_times, network_sample_times
 from twistcore.quamo.spline import (
@@ -28,7 +29,6 @@ from twistcore.quamo.spline import (
     rotations_smoothed_by_spline,
     smoothed_by_spline,
 )
-from twistcore.quamo.topology import CMU_UNIT, find_network_joints, smpl_joint_positions
 from twistcore.quamo.tracker import TrackResult
 from twistcore.skeleton.rotation import Array
 from twistcore.study.quamo.noise import LEVELS, Noise, add_pose_noise

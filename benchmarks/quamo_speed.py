@@ -18,9 +18,9 @@ from statistics import median
 import numpy as np
 
 from twistcore.errors import TwistError
+from twistcore.formats.smpl.skeleton import make_smpl_skeleton
 from twistcore.quamo import HandGains, Stepper, Tracker
 from twistcore.quamo.network import Network, read_network, untrained_network
-from twistcore.quamo.topology import make_smpl_skeleton
 from twistcore.quamo.weights import FINAL, WEIGHTS, network_weights_name
 from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.study.quamo.noise import LEVELS, Noise, add_pose_noise

@@ -23,8 +23,8 @@ from matplotlib import pyplot as plt
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import automatic_corrections, refine, remove_twist
 from twistcore.detection.straight_limbs.straight_spells import BENT, bend_of
-from twistcore.detection.twist_increments import twist_increments
 from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.twist_increments import twist_increments
 from twistcore.synthesis.offset_shape import aligned_bone_spans
 
 BEFORE, AFTER, SOFT = "#a65300", "#1668b3", "#556170"

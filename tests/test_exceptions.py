@@ -22,7 +22,7 @@ EXAMPLES = {
     "twistcore.formats.bvh.numbers.BadNumberError": ((17, b"1.0.0"), {}),
     "twistcore.formats.npz.pickled_arrays.LimitError": (("the pickle is too deep",), {}),
     "twistcore.skeleton.joint_vocabulary._WordsError": (("expected a list", "mine", "hand"), {}),
-    "twistcore.quamo.pose_files.PosesError": (("a.npz: expected poses",), {}),
+    "twistcore.formats.smpl.pose_files.PosesError": (("a.npz: expected poses",), {}),
     "twistcore.quamo.stability.UnstableGainsError": (("κP is too large",), {}),
     "inspector.session.opening.ClipMissingError": ((Path("a.twist.json"), "a.bvh"), {}),
     "twistcore.work.progress.Cancelled": ((), {}),

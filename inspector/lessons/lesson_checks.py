@@ -16,8 +16,8 @@ from inspector.lessons.guided_program import GuidedProgram
 from inspector.lessons.lesson_conditions import FARTHEST, Condition, hyphenated_kind_name, tau_meets
 from inspector.session.open_clip import Show
 from twistcore.detection import Kind
-from twistcore.detection.runs import runs_of_true
 from twistcore.review import Decision, Judged
+from twistcore.skeleton.runs import runs_of_true
 
 _NEARLY = 0.05  # degrees; sliders have steps of a tenth of a degree
 _TURNED, _STRAIGHT = np.radians(178.0), np.radians(2.0)  # close enough to a singularity

@@ -45,9 +45,9 @@ from twistcore.analysis.correction.protected_measures import (
 )
 from twistcore.analysis.why_not import Why
 from twistcore.detection import Interval, Kind
+from twistcore.detection.interval_offsets import resized, with_median_offset
+from twistcore.detection.soft_onset import describe_soft_onset
 from twistcore.review import Annotate, Decision, Judged
-from twistcore.review.model import resized, with_median_offset
-from twistcore.review.soft_onset import describe_soft_onset
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.limb import Limb

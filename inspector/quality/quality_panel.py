@@ -22,7 +22,7 @@ from inspector.widgets.tables import RowTable
 from inspector.widgets.theme import Colours
 from inspector.widgets.traces import Trace, TracePlot
 from twistcore.detection import Interval
-from twistcore.export.smoothing import burst_tracking
+from twistcore.quamo.clip_smoothing import burst_tracking
 
 _SAMPLE, _PAIR = "00000", "0.00 → 0.00"  # the longest texts of a column
 _PAD = 12  # pixels around these texts

@@ -41,14 +41,14 @@ from inspector.widgets.labels import (
 )
 from inspector.widgets.theme import Colours, Theme
 from inspector.widgets.traces import Trace, TracePlot
-from twistcore.export.tracking import (
+from twistcore.quamo import Gains
+from twistcore.quamo.clip_tracking import (
     DEMONSTRATION,
     WARNING,
     Traces,
     network_weights_identifier,
     supports_learned_tracking,
 )
-from twistcore.quamo import Gains
 from twistcore.quamo.response import (
     describe_lag_and_overshoot,
     steady_tracking_lags,

@@ -17,7 +17,7 @@ from twistcore.analysis.quality.figure import FigureQuality, quality_before_and_
 from twistcore.analysis.quality.joint import JointQuality, joint_accelerations, joint_quality
 from twistcore.detection import Interval
 from twistcore.detection.cuts import count_leading_rest_frames
-from twistcore.export.tracking import Traces, traced_motion
+from twistcore.quamo.clip_tracking import Traces, traced_motion
 from twistcore.review import Track, Tracking
 from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import Array

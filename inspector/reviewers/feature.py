@@ -23,10 +23,10 @@ from inspector.widgets.background import OneTask
 from inspector.widgets.building import bring_to_front
 from inspector.widgets.file_dialog import ask_files
 from twistcore.errors import TwistError
-from twistcore.export.replay import session_chains
 from twistcore.formats.clip import Clip
 from twistcore.review import Judged, Session, read_session
 from twistcore.review.agreement import check_same_clip
+from twistcore.review.replay import session_chains
 
 
 class Reviewers(FeatureParts):

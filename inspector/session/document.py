@@ -20,6 +20,7 @@ from inspector.session.recovery import Recovery
 from inspector.session.rigs import Rigs
 from twistcore.analysis.correction.corrected import Corrected
 from twistcore.detection import Interval, Kind
+from twistcore.detection.interval_offsets import resized, same_offsets
 from twistcore.errors import TwistError
 from twistcore.files.ordinary import path_exists
 from twistcore.formats.reading import companion_file_prefix
@@ -37,7 +38,6 @@ from twistcore.review import (
     Sign,
 )
 from twistcore.review.journal import REDO, UNDO
-from twistcore.review.model import resized, same_offsets
 from twistcore.skeleton.rig import Rig
 from twistcore.tuning import Profile
 

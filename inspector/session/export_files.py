@@ -14,7 +14,6 @@ from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.correction.twist_removal import joints_lacking_channels
 from twistcore.errors import TwistError
 from twistcore.export.compare import Difference, compare_motions
-from twistcore.export.replay import accepted_motion
 from twistcore.files.atomic import same_file
 from twistcore.files.marks import cached_sha256, forget_cached_hashes, is_slow_to_hash
 from twistcore.files.ordinary import is_file, path_exists, real_path
@@ -28,6 +27,7 @@ from twistcore.report.clip_report import (
 )
 from twistcore.report.document import Report
 from twistcore.review import ReviewState, read_session, write_session
+from twistcore.review.replay import accepted_motion
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.work.progress import Tell, ignore_progress

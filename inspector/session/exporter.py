@@ -10,7 +10,7 @@ from inspector.session.export_files import Export, ExportChoice, prepare_export,
 from inspector.session.session_files import replay_path
 from inspector.widgets.background import Task
 from twistcore.errors import TwistError
-from twistcore.export.interrupted import mark_export_in_progress
+from twistcore.review.interrupted_export import mark_export_in_progress
 from twistcore.work.progress import Tell
 
 

@@ -12,9 +12,9 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from inspector.session.opening import Analysed
+from twistcore.analysis.clip_severity import severity_of_intervals
 from twistcore.analysis.correction.corrected import Corrected
 from twistcore.analysis.error_groups import drop_weaker_alternatives
-from twistcore.batch.clip_severity import severity_of_intervals
 from twistcore.detection import Analysis, Interval, Kind
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.review import Decision, Judged, Review

@@ -21,7 +21,6 @@ from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval, Kind
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.export.exported_clips import REPLAY_SUFFIX
-from twistcore.export.replay import session_chains
 from twistcore.files.document_values import shorten_foreign_message
 from twistcore.files.marks import cached_sha256, find_file_by_sha256
 from twistcore.formats.clip import Clip
@@ -34,6 +33,7 @@ from twistcore.review.proposal import (
     proposed_flip,
     proposed_interval,
 )
+from twistcore.review.replay import session_chains
 from twistcore.review.session import read_session_with_hash
 from twistcore.skeleton.chain import Chain, chain_warnings, uncorrectable_joints
 from twistcore.skeleton.motion import Motion

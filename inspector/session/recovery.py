@@ -14,10 +14,10 @@ from inspector.session.leftovers import Leftover, count_missing
 from inspector.session.opening import Analysed, Stamp, clip_changed_sentence, stamp_of
 from inspector.session.session_files import modified_ns, session_path
 from inspector.widgets.background import OneTask
-from twistcore.export.interrupted import interrupted_exports
 from twistcore.files.marks import cached_sha256, is_slow_to_hash
 from twistcore.files.ordinary import path_exists
 from twistcore.review import CarryOver, Command, Judged, LeaveOut, Review, ReviewState
+from twistcore.review.interrupted_export import interrupted_exports
 from twistcore.review.left_out import joined_spans
 
 

@@ -24,7 +24,7 @@ from inspector.teaching.gizmo_shapes import (
 from inspector.viewport.mesh_actor import Index, segments
 from inspector.widgets.signed_numbers import format_signed_number
 from twistcore.analysis.decomposition import Decomposition
-from twistcore.analysis.decomposition.directions import perpendicular
+from twistcore.skeleton.directions import perpendicular
 from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate, wrap
 
 MEMBERS = 8

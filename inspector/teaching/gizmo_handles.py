@@ -14,7 +14,7 @@ import numpy as np
 from inspector.teaching.gizmo_shapes import DIAL_AT, DIAL_SIZE, HAND_LONG, W_LONG, fan
 from inspector.viewport.camera import OrbitCamera
 from twistcore.analysis.decomposition import Decomposition
-from twistcore.analysis.decomposition.directions import perpendicular
+from twistcore.skeleton.directions import perpendicular
 from twistcore.skeleton.rotation import Array, conjugate, multiply, normalise, rotate, wrap
 
 W, DIAL = "w", "theta_p"  # the handles, named by their symbols

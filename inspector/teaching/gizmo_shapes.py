@@ -13,7 +13,7 @@ import numpy as np
 from inspector.viewport.bodies import SPHERE, TRIANGLES
 from inspector.viewport.mesh_actor import Index, segments
 from twistcore.analysis.decomposition import Decomposition
-from twistcore.analysis.decomposition.directions import cross, perpendicular
+from twistcore.skeleton.directions import cross, perpendicular
 from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate
 
 _ARC = 32  # steps of an arc

@@ -24,8 +24,8 @@ from inspector.widgets.labels import escape_tool_tip_text
 from inspector.widgets.later import Latest
 from inspector.widgets.signed_numbers import interval_angle_text
 from twistcore.detection import Interval
+from twistcore.detection.interval_offsets import resized
 from twistcore.review import Judged
-from twistcore.review.model import resized
 
 _REACH = 6.0  # distance in pixels at which the mouse grabs an edge or the playhead
 _ZOOM = 1.25  # zoom factor per notch of the wheel

@@ -8,8 +8,8 @@ from PySide6.QtCore import QObject
 
 from inspector.session.document import Document
 from inspector.viewport.clock import Clock
+from twistcore.detection.interval_offsets import with_median_offset
 from twistcore.review import Judged
-from twistcore.review.model import with_median_offset
 
 
 class Dial(QObject):

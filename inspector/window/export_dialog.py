@@ -25,9 +25,9 @@ from inspector.widgets.write_dialog import WriteDialog
 from twistcore.analysis.correction.twist_removal import SURE_ENOUGH
 from twistcore.errors import TwistError
 from twistcore.export.exported_clips import EXPORT_MARK
-from twistcore.export.interrupted import interrupted_exports
 from twistcore.files.marks import cached_sha256
 from twistcore.review import Decision, Tracking
+from twistcore.review.interrupted_export import interrupted_exports
 from twistcore.review.model import APPLIED, SEEN
 
 _VERDICTS = {

@@ -33,8 +33,12 @@ from inspector.window.look_through import LookThrough
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.why_not import Reason, Why
 from twistcore.detection import Interval
+from twistcore.detection.interval_offsets import (
+    resized,
+    with_constant_offset,
+    with_twist_straightening_offset,
+)
 from twistcore.review import Decision, Judged, Remove, ReviewState
-from twistcore.review.model import resized, with_constant_offset, with_twist_straightening_offset
 
 
 @dataclass(eq=False)

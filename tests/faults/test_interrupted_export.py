@@ -10,18 +10,18 @@ import pytest
 from tests.twistcore.batch_folders import KILL, ROOT, environment
 from tests.twistcore.reviews import CLIP, fresh
 from twistcore.cli.command_line import main
-from twistcore.export.interrupted import (
+from twistcore.review import write_session
+from twistcore.review.interrupted_export import (
     interrupted_export_sentence,
     interrupted_exports,
     mark_export_in_progress,
     was_export_interrupted,
 )
-from twistcore.review import write_session
 
 KILLED = """
 import os, sys
 from pathlib import Path
-from twistcore.export.interrupted import mark_export_in_progress
+from twistcore.review.interrupted_export import mark_export_in_progress
 with mark_export_in_progress(Path(sys.argv[1]), Path(sys.argv[2])):
     print("begun", flush=True)
     sys.stdin.read()

@@ -25,9 +25,9 @@ from twistcore.formats.clip import Clip, changed_rotations, patch_clip
 from twistcore.formats.npz import NpzClip
 from twistcore.formats.npz.video_poses import VideoPoses
 from twistcore.formats.reading import is_clip_without_motion, read_clip
-from twistcore.quamo.pose_files import PosesError
-from twistcore.quamo.poses_clip import read_poses
-from twistcore.quamo.topology import find_network_joints
+from twistcore.formats.smpl.pose_files import PosesError
+from twistcore.formats.smpl.poses_clip import read_poses
+from twistcore.formats.smpl.skeleton import find_network_joints
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.limb import find_limbs
 from twistcore.skeleton.motion import Motion, forward_kinematics

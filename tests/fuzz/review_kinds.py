@@ -25,8 +25,8 @@ from tests.fuzz.json_damage import damage_bytes, damaged_json
 from tests.fuzz.trial import Kind
 from twistcore.analysis.clip_analysis import ClipAnalysis, analyse
 from twistcore.batch.decisions import count_decisions
+from twistcore.detection.interval_offsets import constant_interval
 from twistcore.export.exported_clips import clip_of_session
-from twistcore.export.replay import accepted_motion, session_chains
 from twistcore.files.encoding import json_bytes
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import Clip
@@ -50,11 +50,11 @@ from twistcore.review import (
     Tracking,
     read_session,
 )
+from twistcore.review.folder_sessions import sessions_in
 from twistcore.review.journal import REDO, SCHEMA, UNDO, command_to_json, replay_journal
-from twistcore.review.model import constant_interval
+from twistcore.review.replay import accepted_motion, session_chains
 from twistcore.review.session import session_bytes, session_document
 from twistcore.skeleton.rig import Rig
-from twistcore.tuning.folder_sessions import sessions_in
 
 ASSETS = Path(__file__).parents[2] / "assets"
 

@@ -2,7 +2,7 @@
 
 from inspector.session.settings import Settings
 from tests.conftest import ASSETS
-from twistcore.batch.clip_severity import severity_of_intervals
+from twistcore.analysis.clip_severity import severity_of_intervals
 from twistcore.detection import Interval
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import patch_clip

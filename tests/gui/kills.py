@@ -15,9 +15,9 @@ from tests.gui import forked
 from tests.gui.programs import Program
 from tests.processes import children_of, is_alive, until
 from twistcore.cli import main
-from twistcore.export.interrupted import interrupted_export_sentence, interrupted_exports
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import read_session, replay_journal, session_bytes
+from twistcore.review.interrupted_export import interrupted_export_sentence, interrupted_exports
 
 REVIEWER = Path(__file__).with_name("scripted_review.py")
 OPENER = Path(__file__).with_name("opened_folder.py")

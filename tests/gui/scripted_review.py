@@ -16,8 +16,8 @@ from inspector.session.export_files import ExportChoice
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
 from tests.gui.waiting import wait
+from twistcore.detection.interval_offsets import resized
 from twistcore.review import session_bytes
-from twistcore.review.model import resized
 from twistcore.skeleton.rig import OwnChain
 
 SPINE = OwnChain(("Spine", "Spine1", "Neck1"))

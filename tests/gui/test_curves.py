@@ -16,8 +16,8 @@ from tests.gui.pictures import INJECTED
 from twistcore.analysis.correction.corrected import _has_closed_form
 from twistcore.analysis.correction.twist_removal import refine
 from twistcore.detection.interval import Interval
+from twistcore.detection.interval_offsets import constant_interval
 from twistcore.review import Insert, Judged
-from twistcore.review.model import constant_interval
 from twistcore.skeleton.rotation import wrap
 from twistcore.skeleton.signals import twist_signals
 

@@ -17,9 +17,9 @@ from tests.faults.test_interrupted_export import begin
 from tests.gui.windows import act, wait_until_active
 from tests.twistcore.batch_folders import KILL
 from twistcore.errors import TwistError
-from twistcore.export.replay import accepted_motion
 from twistcore.formats.clip import write_clip
 from twistcore.review import Track, Tracking
+from twistcore.review.replay import accepted_motion
 
 HAND = Tracking(("LeftForeArm", "LeftHand"), kp=3000.0, kd=33.0)
 

@@ -22,6 +22,7 @@ from twistcore.analysis import clip_analysis as core
 from twistcore.analysis.correction.twist_removal import refine
 from twistcore.cli import main
 from twistcore.detection import Kind
+from twistcore.detection.interval_offsets import constant_interval
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import (
     Decide,
@@ -33,7 +34,6 @@ from twistcore.review import (
     replay_journal,
     write_session,
 )
-from twistcore.review.model import constant_interval
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.limb import limb_positions
 from twistcore.skeleton.rotation import wrap

@@ -15,7 +15,7 @@ from twistcore.export.exported_clips import find_exported_clips
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip_files import clip_paths_in_folder
 from twistcore.review import Decision
-from twistcore.tuning.folder_sessions import sessions_in
+from twistcore.review.folder_sessions import sessions_in
 
 pytestmark = pytest.mark.thorough
 

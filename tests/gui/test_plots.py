@@ -14,8 +14,8 @@ from inspector.widgets.axes import degrees_to_root_scale
 from inspector.widgets.theme import DARK, LIGHT, Colours
 from tests.gui.pictures import INJECTED
 from twistcore.detection import DETECTORS, Kind
+from twistcore.detection.interval_offsets import constant_interval
 from twistcore.review import Decision, Insert
-from twistcore.review.model import constant_interval
 
 LEFT, NONE = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton
 

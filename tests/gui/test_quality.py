@@ -19,10 +19,10 @@ from tests.twistcore.test_noise_bursts import ARM, HAND, START, noisy
 from twistcore.analysis.quality.joint import joint_quality
 from twistcore.cli import main
 from twistcore.detection import Kind
-from twistcore.export.tracking import DEMONSTRATION, network_weights_identifier, tracked_motion
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
 from twistcore.quamo import Gains
+from twistcore.quamo.clip_tracking import DEMONSTRATION, network_weights_identifier, tracked_motion
 from twistcore.review import Decide, Decision, Review, Track, Tracking
 from twistcore.review.session import session_bytes
 from twistcore.skeleton.motion import forward_kinematics

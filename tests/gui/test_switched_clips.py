@@ -17,8 +17,8 @@ from inspector.session.opening import analyse_file
 from tests.gui.pictures import INJECTED, WALK
 from tests.gui.test_plots import LEFT, NONE, send, shown, spot
 from tests.gui.windows import act, open_clip
+from twistcore.detection.interval_offsets import constant_interval
 from twistcore.review import Decision
-from twistcore.review.model import constant_interval
 
 
 @pytest.fixture

@@ -15,6 +15,7 @@ from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, close_window, open_clip, press, wait_until_active
 from twistcore.analysis.clip_analysis import detect
 from twistcore.cli import main as twistcore
+from twistcore.detection.interval_offsets import constant_interval, resized
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import (
     Annotate,
@@ -27,7 +28,6 @@ from twistcore.review import (
     write_session,
 )
 from twistcore.review.agreement import pair_intervals
-from twistcore.review.model import constant_interval, resized
 
 A, R = Decision.ACCEPTED, Decision.REJECTED
 SHIFT, CTRL = Qt.KeyboardModifier.ShiftModifier, Qt.KeyboardModifier.ControlModifier

@@ -18,10 +18,10 @@ from tests.gui.windows import act, open_clip
 from tests.twistcore.test_all_joints import stepping
 from twistcore.detection import Kind
 from twistcore.detection.error_label import error_label
+from twistcore.detection.interval_offsets import constant_interval
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
 from twistcore.review import Decide, Decision, Insert, session_bytes
-from twistcore.review.model import constant_interval
 from twistcore.skeleton.limb import Limb
 from twistcore.synthesis import InjectedError, inject
 

@@ -18,8 +18,8 @@ from tests.tiers import parametrize
 from tests.twistcore.test_quantities import MOTIONS, WALK
 from twistcore import read_clip, write_clip
 from twistcore.detection import Kind
+from twistcore.detection.interval_offsets import with_median_offset
 from twistcore.review import Decision
-from twistcore.review.model import with_median_offset
 
 SAMPLE = read_clip("assets/walk.bvh")
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from twistcore.formats.npz.body import BODIES
-from twistcore.quamo.rest_pose import smpl_rest_pose_change
-from twistcore.quamo.topology import CMU_UNIT, PARENTS, find_network_joints
+from twistcore.formats.smpl.rest_pose import smpl_rest_pose_change
+from twistcore.formats.smpl.skeleton import CMU_UNIT, PARENTS, find_network_joints
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import (
     conjugate,

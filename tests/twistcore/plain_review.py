@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from twistcore.detection import Kind
+from twistcore.detection.interval_offsets import constant_interval
 from twistcore.review import Decision, Review, start_review
-from twistcore.review.model import constant_interval
 
 ARM, LEG = "Arm", "Leg"
 JUMP = Kind.LONE_JUMP

@@ -11,9 +11,9 @@ from tests.conftest import ASSETS
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import refine
 from twistcore.detection import Interval, Kind
+from twistcore.detection.interval_offsets import constant_interval, resized, with_median_offset
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.detection.limb_flips import analyse_limbs as known
-from twistcore.detection.lone_jumps import own_bone_axis
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import (
     Annotate,
@@ -28,9 +28,9 @@ from twistcore.review import (
     Sign,
     start_review,
 )
-from twistcore.review.model import constant_interval, resized, with_median_offset
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.limb import find_limbs
+from twistcore.skeleton.own_axis import own_bone_axis
 from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
 
 CLIP = read_bvh(ASSETS / "walk_injected.bvh")

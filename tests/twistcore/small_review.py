@@ -6,7 +6,8 @@ import numpy as np
 
 from tests.twistcore.test_chain import both, line, rig
 from twistcore.detection import Interval, Kind
-from twistcore.review.model import Decision, Judged, ReviewState, Tracking, chain_index_by_name
+from twistcore.quamo.tracking_settings import Tracking
+from twistcore.review.model import Decision, Judged, ReviewState, chain_index_by_name
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.limb import find_limbs
 

@@ -11,6 +11,7 @@ from tests.messages import refused
 from tests.twistcore.reviews import flip
 from twistcore.analysis.clip_analysis import detect
 from twistcore.cli import main
+from twistcore.detection.interval_offsets import constant_interval, resized
 from twistcore.errors import ClipMismatchError
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import (
@@ -35,7 +36,6 @@ from twistcore.review.agreement import (
     pair_intervals,
     reviewers_of,
 )
-from twistcore.review.model import constant_interval, resized
 
 A, R = Decision.ACCEPTED, Decision.REJECTED
 CLIP = read_bvh(ASSETS / "walk_injected.bvh")

@@ -13,8 +13,8 @@ from tests.conftest import ASSETS
 from tests.tiers import parametrize
 from tests.twistcore.two_people import two_people
 from twistcore.analysis.clip_analysis import BODY_STEP_DOUBT, analyse
+from twistcore.analysis.clip_severity import measure_clip_severity
 from twistcore.analysis.correction.twist_removal import automatic_corrections
-from twistcore.batch.clip_severity import measure_clip_severity
 from twistcore.batch.gates import broken_rules, parse_batch_rule
 from twistcore.cli import main
 from twistcore.detection import Kind
@@ -23,6 +23,7 @@ from twistcore.detection.all_joints.joint_steps import StepLimits, jumps, spikes
 from twistcore.export.detection_json import intervals_to_json
 from twistcore.formats.bvh import read_bvh, write_motion
 from twistcore.review import Review, read_session, write_session
+from twistcore.skeleton import joint_owners
 from twistcore.skeleton.rotation import exponential, multiply, normalise
 from twistcore.synthesis.injection import InjectedError, clip_random_generator, inject
 
@@ -219,12 +220,12 @@ def test_blocks_of_frames_give_the_finds_of_the_whole(monkeypatch, block):
 
 def test_every_joint_has_a_chain_that_lists_it():
     chains = tc.find_chains(WALK)
-    owner = finders.nearest_chain_by_joint(WALK.skeleton, chains)
+    owner = joint_owners.nearest_chain_by_joint(WALK.skeleton, chains)
     assert set(owner) == set(range(len(NAMES)))
     by_name = {NAMES[joint]: chain.name for joint, chain in owner.items()}
     assert by_name["LeftHandIndex1"] == by_name["LeftHand"] == "LeftForeArm"
     assert by_name["RightToeBase"] == by_name["RightFoot"] == "RightLeg"
-    small = {NAMES[j] for j in finders.toes_and_fingers(WALK.skeleton, chains)}
+    small = {NAMES[j] for j in joint_owners.toes_and_fingers(WALK.skeleton, chains)}
     assert {"LeftToeBase", "RThumb"} <= small
     assert not {"LeftFoot", "LeftHand", "Head", "Spine"} & small
 

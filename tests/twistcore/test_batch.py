@@ -9,11 +9,11 @@ import pytest
 from benchmarks.severity_order import jumps_a_second
 from tests.conftest import ASSETS
 from tests.twistcore.reviews import find_flips, flip, spun
+from twistcore.analysis.clip_severity import severity_of_intervals
 from twistcore.batch import survey_clip
-from twistcore.batch.clip_severity import severity_of_intervals
 from twistcore.detection import Interval, Kind
+from twistcore.detection.interval_offsets import constant_interval
 from twistcore.formats.bvh import read_bvh
-from twistcore.review.model import constant_interval
 from twistcore.skeleton.chain import find_chains
 from twistcore.tuning import Profile
 

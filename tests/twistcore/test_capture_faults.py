@@ -15,9 +15,9 @@ from tests.tiers import parametrize
 from tests.twistcore.test_frozen_frames import frozen
 from tests.twistcore.test_noise_bursts import ARM, HAND, START, STOP, WALK, noisy
 from twistcore.analysis.clip_analysis import REPAIRED, analyse
+from twistcore.analysis.clip_severity import measure_clip_severity
 from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.analysis.why_not import Why, why_no_interval_edge
-from twistcore.batch.clip_severity import measure_clip_severity
 from twistcore.batch.gates import broken_rules, parse_batch_rule
 from twistcore.cli.interval_words import kind_counts_text, uncorrectable_counts
 from twistcore.detection import Kind

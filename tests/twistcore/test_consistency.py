@@ -21,7 +21,6 @@ from twistcore.detection.counter_twist.offsets import Course, _measured_at_paren
 from twistcore.detection.counter_twist.pairing import Pair
 from twistcore.detection.detectors.consistency import ConsistencyDetector
 from twistcore.detection.natural_events import natural_events
-from twistcore.detection.twist_increments import twist_increments
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.motion import Motion
@@ -32,6 +31,7 @@ from twistcore.skeleton.rotation import (
     quaternion_from_axis_angle,
     wrap,
 )
+from twistcore.skeleton.twist_increments import twist_increments
 from twistcore.study.benchmark.clip_scene import make_clean_scene
 from twistcore.study.benchmark.passes import run_benchmark_passes
 from twistcore.synthesis import InjectedError, inject, parse_protocol

@@ -10,8 +10,8 @@ from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.corrected import Corrected
 from twistcore.analysis.correction.twist_removal import refine, remove_twist
 from twistcore.detection import Kind
+from twistcore.detection.interval_offsets import constant_interval
 from twistcore.formats.bvh import read_bvh
-from twistcore.review.model import constant_interval
 from twistcore.skeleton.limb import limb_positions
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import geodesic_angle, wrap

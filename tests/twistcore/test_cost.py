@@ -25,7 +25,7 @@ from twistcore.detection.cuts import find_cuts
 from twistcore.detection.evidence import ChainSignals
 from twistcore.detection.interval import Kind
 from twistcore.detection.limbs import Limbs
-from twistcore.detection.lone_jumps import lone_jumps, own_bone_axis
+from twistcore.detection.lone_jumps import lone_jumps
 from twistcore.detection.noise_bursts import joint_noise_level, noise_near
 from twistcore.detection.soft_errors import (
     search_soft_errors,
@@ -33,10 +33,11 @@ from twistcore.detection.soft_errors import (
     soft_search_budget,
     unsearched_frames_sentences,
 )
+from twistcore.detection.soft_onset import SOFT
 from twistcore.formats.bvh import read_bvh
-from twistcore.review.soft_onset import SOFT
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.notes import UNSEARCHED
+from twistcore.skeleton.own_axis import own_bone_axis
 from twistcore.skeleton.rotation import Array, multiply, quaternion_from_axis_angle
 from twistcore.synthesis import InjectedError, inject
 

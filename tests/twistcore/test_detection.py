@@ -12,9 +12,9 @@ from tests.tiers import examples
 from twistcore.analysis.clip_analysis import detect
 from twistcore.analysis.correction.twist_removal import refine
 from twistcore.detection.detectors.paper import PaperDetector
-from twistcore.detection.interval import circular_median
 from twistcore.detection.paper import intervals_of_offset, running_offset
 from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.angles import circular_median
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.rotation import wrap
 from twistcore.skeleton.signals import azimuth_increments, counter_rotation, twist_signals

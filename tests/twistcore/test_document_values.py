@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from tests.messages import refused
 from tests.tiers import parametrize
 from tests.twistcore.reviews import CLIP, fresh
+from twistcore.detection.interval_offsets import constant_interval, round_interval_offset
 from twistcore.errors import FormatError, TwistError
-from twistcore.export.replay import check_session_fits_clip
 from twistcore.files import document_values as values
 from twistcore.review import read_session, replay_journal
 from twistcore.review.left_out import joined_spans, uncovered_parts
-from twistcore.review.model import constant_interval, round_interval_offset
+from twistcore.review.replay import check_session_fits_clip
 from twistcore.review.session import session_bytes, session_from_document
 from twistcore.skeleton.rig import read_rig
 from twistcore.synthesis.truth import read_truth

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from twistcore.cli import main
+from twistcore.detection.interval_offsets import constant_interval
 from twistcore.files.encoding import (
     encode_utf8,
     escape_invalid_utf8,
@@ -19,7 +20,6 @@ from twistcore.files.encoding import (
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Review, read_session, start_review, write_session
 from twistcore.review.journal import Journal, replay_journal
-from twistcore.review.model import constant_interval
 from twistcore.skeleton.chain import find_chains
 from twistcore.synthesis import read_truth
 from twistcore.tuning import read_profile

@@ -237,7 +237,6 @@ def quamo_documents(folder, printed):
 
 def session_documents(path, folder):
     from twistcore.analysis.clip_analysis import detect
-    from twistcore.export.replay import accepted_motion
     from twistcore.formats.bvh import read_bvh
     from twistcore.report.clip_report import write_clip_report
     from twistcore.report.document import Report
@@ -251,6 +250,7 @@ def session_documents(path, folder):
         session_bytes,
         start_review,
     )
+    from twistcore.review.replay import accepted_motion
     from twistcore.skeleton.chain import find_chains
 
     clip = read_bvh(path)

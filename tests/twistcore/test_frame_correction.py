@@ -13,12 +13,6 @@ from tests.twistcore.strategies import axes, quaternions
 from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.analysis.decomposition import WhatIf, decompose, motion_of_altered_frame
 from twistcore.analysis.decomposition.altered_frame import partial_rotation_at_stage
-from twistcore.analysis.decomposition.directions import (
-    angle_between,
-    perpendicular,
-    unit_vector,
-    vector_at_frame,
-)
 from twistcore.analysis.decomposition.frame_correction import correct_frame
 from twistcore.analysis.decomposition.rotation_forms import (
     EulerChannels,
@@ -28,6 +22,12 @@ from twistcore.analysis.decomposition.rotation_forms import (
 )
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.directions import (
+    angle_between,
+    perpendicular,
+    unit_vector,
+    vector_at_frame,
+)
 from twistcore.skeleton.rotation import (
     geodesic_angle,
     multiply,

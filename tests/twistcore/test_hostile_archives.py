@@ -22,8 +22,8 @@ from twistcore.formats.npz import parse_npz
 from twistcore.formats.npz.pickled_arrays import read_pickle
 from twistcore.formats.npz.vector_branch import continuous_rotation_vectors
 from twistcore.formats.reading import is_clip_without_motion
-from twistcore.quamo.pose_files import read_pose_file
-from twistcore.quamo.pose_layouts import find_poses
+from twistcore.formats.smpl.pose_files import read_pose_file
+from twistcore.formats.smpl.pose_layouts import find_poses
 from twistcore.skeleton.rotation import geodesic_angle
 
 POSES = {"poses": np.zeros((4, 66)), "trans": np.zeros((4, 3))}

@@ -13,7 +13,7 @@ from tests.twistcore.test_hostile_archives import npy, packed
 from twistcore.errors import TwistError
 from twistcore.formats.npz import parse_npz, parse_pkl, pickled_arrays
 from twistcore.formats.npz.pickled_arrays import LimitError, Unreadable, read_pickle
-from twistcore.quamo.pose_layouts import find_poses
+from twistcore.formats.smpl.pose_layouts import find_poses
 
 START = b"\x80\x04"
 DOUBLED = b")" + b"2\x86" * 60  # a tuple of a tuple twice, and so on: 2^60 of them

@@ -30,6 +30,7 @@ from twistcore.analysis.correction.twist_removal import refine
 from twistcore.batch.junit import junit_xml
 from twistcore.batch.manifest import ClipRecord
 from twistcore.batch.result_files import clips_csv
+from twistcore.detection.interval_offsets import constant_interval
 from twistcore.export.markers import blender_markers
 from twistcore.export.scene_script import PROGRAMS, SceneOptions, scene_script
 from twistcore.files.encoding import escape_csv_cell, unescape_csv_cell
@@ -37,7 +38,6 @@ from twistcore.report.clip_report import write_clip_report
 from twistcore.report.document import Report
 from twistcore.report.folder_report import clip_page_path
 from twistcore.review import Annotate, Decide, Decision, Review, write_session
-from twistcore.review.model import constant_interval
 from twistcore.tuning import Tuned, read_profile, write_profile
 
 SOURCE = ASSETS / "walk_injected.bvh"

@@ -10,8 +10,8 @@ from tests.twistcore import amc_files
 from tests.twistcore.batch_records import done, interval
 from tests.twistcore.reviews import CHAINS, CLIP, flip
 from twistcore.analysis.clip_analysis import ClipAnalysis
+from twistcore.analysis.clip_severity import percent_affected
 from twistcore.batch.clip_result import process_clip
-from twistcore.batch.clip_severity import percent_affected
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.result_files import clip_row
 from twistcore.detection import Interval

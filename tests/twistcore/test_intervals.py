@@ -18,8 +18,7 @@ from tests.twistcore.counters import counter_of
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval, Kind
 from twistcore.detection import lone_jumps as lone_jumps_module
 from twistcore.detection.detectors.paper import PaperDetector
-from twistcore.detection.interval import circular_median
-from twistcore.detection.lone_jumps import largest_natural_turn, lone_jumps, own_bone_axis
+from twistcore.detection.lone_jumps import largest_natural_turn, lone_jumps
 from twistcore.detection.natural_events import (
     NaturalEvent,
     chain_flip_events,
@@ -29,9 +28,11 @@ from twistcore.detection.natural_events import (
 )
 from twistcore.detection.paper import intervals_of_offset, paper_error_increments, running_offset
 from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.angles import circular_median
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.limb import find_limbs
 from twistcore.skeleton.motion import Motion, Skeleton, forward_kinematics
+from twistcore.skeleton.own_axis import own_bone_axis
 from twistcore.skeleton.rotation import (
     conjugate,
     multiply,

@@ -15,17 +15,17 @@ from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.corrected import Corrected
 from twistcore.analysis.correction.joint_repairs import JointRepairs, repair_moves_joints, repair_of
 from twistcore.analysis.correction.protected_measures import protected_measures
-from twistcore.detection.lone_jumps import own_bone_axis
+from twistcore.detection.interval_offsets import resized, with_median_offset
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import compare_motions
 from twistcore.formats.bvh import read_bvh
 from twistcore.report.changes import check_fidelity
 from twistcore.report.document import Report, report_to_json
 from twistcore.review import CarryOver, Decide, Decision, Edit, Journal, Redetect, replay_journal
-from twistcore.review.model import resized, with_median_offset
 from twistcore.review.proposal import propose_error_at_jump
 from twistcore.skeleton.limb import limb_positions
 from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.own_axis import own_bone_axis
 from twistcore.skeleton.rotation import (
     exponential,
     geodesic_angle,
@@ -461,7 +461,7 @@ def test_a_session_with_a_joint_of_another_clip_is_refused(stretched, tmp_path):
 
 
 def test_a_joint_without_three_channels_is_left_and_said(stretched):
-    from twistcore.export.replay import uncorrected_sentences
+    from twistcore.review.replay import uncorrected_sentences
 
     clip, review = stretched
     free = np.ones(len(SKELETON), dtype=bool)

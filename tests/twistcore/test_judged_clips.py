@@ -13,13 +13,14 @@ from tests.conftest import ASSETS
 from tests.messages import names_in_one_line, numbers
 from twistcore.analysis.clip_analysis import analyse, detect
 from twistcore.cli import main
+from twistcore.detection.interval_offsets import constant_interval
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decide, Decision, Review, write_session
-from twistcore.review.model import Judged, constant_interval
+from twistcore.review.folder_sessions import sessions_in
+from twistcore.review.model import Judged
 from twistcore.review.session import session_document, session_from_document
 from twistcore.skeleton.rig import skeleton_hash
 from twistcore.tuning import GRID, read_profile
-from twistcore.tuning.folder_sessions import sessions_in
 from twistcore.tuning.learned_confidence import (
     verdicts_with_confidence,
 )

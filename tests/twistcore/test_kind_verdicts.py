@@ -8,7 +8,7 @@ import pytest
 import twistcore as tc
 from twistcore.detection import Interval, Kind
 from twistcore.review import Decision, Judged, ReviewState
-from twistcore.tuning.kind_verdicts import kind_verdicts
+from twistcore.review.kind_verdicts import kind_verdicts
 from twistcore.tuning.verdict_counts import count_verdicts_by_group
 
 TIME = "2026-01-01T00:00:00+00:00"

@@ -16,8 +16,9 @@ from twistcore.detection.limb_flips.jumps import (
     sharp_jumps,
     soft_jumps,
 )
-from twistcore.detection.limb_flips.swivel import _usual_side, angle_about, swivel_of
+from twistcore.detection.limb_flips.swivel import _usual_side, swivel_of
 from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.angles import angle_about
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.limb import find_limbs, joint_path, limb_positions
 from twistcore.skeleton.motion import forward_kinematics

@@ -25,7 +25,6 @@ from twistcore.detection.detectors.consistency import ConsistencyDetector
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.soft_errors import SoftError
 from twistcore.detection.straight_limbs import StraightError, remove_twist_errors
-from twistcore.detection.twist_increments import twist_increments
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.rotation import (
@@ -35,6 +34,7 @@ from twistcore.skeleton.rotation import (
     quaternion_from_axis_angle,
     twist_angle,
 )
+from twistcore.skeleton.twist_increments import twist_increments
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion.sliced(1, 80)
 CHAINS = find_chains(WALK)

@@ -8,9 +8,9 @@ import pytest
 from benchmarks.live_joints import known_edges, quietened
 from tests.conftest import ASSETS
 from twistcore.detection.counter_twist import counter_rotation
-from twistcore.detection.twist_increments import twist_increments
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.twist_increments import twist_increments
 from twistcore.synthesis import InjectedError
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion

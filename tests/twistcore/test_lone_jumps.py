@@ -17,6 +17,7 @@ from twistcore.analysis.clip_analysis import RESTLESS, analyse
 from twistcore.analysis.correction.twist_removal import automatic_corrections, refine, refiner
 from twistcore.cli import main
 from twistcore.detection import Interval, Kind
+from twistcore.detection.interval_offsets import constant_interval
 from twistcore.detection.lone_jumps import largest_natural_turn, lone_jumps
 from twistcore.detection.noise_bursts import NoiseBurst
 from twistcore.formats.bvh import read_bvh, write_motion
@@ -31,7 +32,7 @@ from twistcore.review import (
     read_session,
     write_session,
 )
-from twistcore.review.model import constant_interval, overlapping_ids
+from twistcore.review.model import overlapping_ids
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.notes import RESTLESS_CLIP
 from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle

@@ -19,15 +19,15 @@ from tests.twistcore.test_cli import run
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.quality.joint import joint_quality
 from twistcore.errors import TwistError
-from twistcore.export.replay import accepted_motion
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import patch_clip, write_clip
 from twistcore.formats.npz import NpzClip, read_npz, vector_branch
 from twistcore.formats.npz.body import BODIES
 from twistcore.formats.npz.vector_branch import continuous_rotation_vectors
 from twistcore.formats.reading import is_clip, read_clip
-from twistcore.quamo.topology import CMU_UNIT, find_network_joints
+from twistcore.formats.smpl.skeleton import CMU_UNIT, find_network_joints
 from twistcore.review import Review, write_session
+from twistcore.review.replay import accepted_motion
 from twistcore.skeleton.figure import guess_up
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import exponential, geodesic_angle, multiply, rotate

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from twistcore.detection import Kind
+from twistcore.detection.interval_offsets import constant_interval
 from twistcore.review import start_review
-from twistcore.review.model import constant_interval
 from twistcore.review.other_chains import chain_change_command
 from twistcore.skeleton.rig import AS_FOUND, Rig
 

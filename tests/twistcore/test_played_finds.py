@@ -12,11 +12,11 @@ import pytest
 from tests.twistcore.reviews import CHAINS, CLIP, LIMBS, fresh
 from twistcore.analysis.correction.twist_removal import refine
 from twistcore.detection import Kind
-from twistcore.export.replay import accepted_motion
+from twistcore.detection.interval_offsets import constant_interval
 from twistcore.report.document import Report
 from twistcore.report.played_finds import MOST_BYTES, player_script_data, select_intervals_to_play
 from twistcore.review import Decide, Decision
-from twistcore.review.model import constant_interval
+from twistcore.review.replay import accepted_motion
 
 WHEN = "2026-01-02T10:00:00+00:00"
 LOOK = {"figure": {}, "themes": {}, "ghost": []}

@@ -31,9 +31,9 @@ from tests.twistcore.test_rest_pose import t_pose
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh, write_motion
 from twistcore.formats.npz.pickled_arrays import Unreadable, read_pickle
-from twistcore.quamo.pose_files import PosesError
-from twistcore.quamo.poses_clip import read_poses
-from twistcore.quamo.topology import find_network_joints, make_smpl_skeleton
+from twistcore.formats.smpl.pose_files import PosesError
+from twistcore.formats.smpl.poses_clip import read_poses
+from twistcore.formats.smpl.skeleton import find_network_joints, make_smpl_skeleton
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import geodesic_angle
 from twistcore.study.quamo.sequences import read_sequence

@@ -11,8 +11,8 @@ from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.corrected import Corrected
 from twistcore.analysis.correction.twist_removal import refine
 from twistcore.detection import Kind
+from twistcore.detection.interval_offsets import constant_interval
 from twistcore.formats.bvh import read_bvh
-from twistcore.review.model import constant_interval
 from twistcore.review.proposal import proposed_flip, proposed_interval
 from twistcore.skeleton.limb import limb_positions
 from twistcore.skeleton.motion import forward_kinematics

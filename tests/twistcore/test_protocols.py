@@ -10,11 +10,11 @@ from scipy.signal import butter, sosfiltfilt
 from tests.conftest import ASSETS
 from tests.tiers import parametrize
 from twistcore.cli import main
-from twistcore.detection.lone_jumps import own_bone_axis
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh, write_motion
 from twistcore.skeleton.chain import Chain, find_chains
 from twistcore.skeleton.motion import Motion, Skeleton
+from twistcore.skeleton.own_axis import own_bone_axis
 from twistcore.skeleton.rotation import (
     conjugate,
     geodesic_angle,

@@ -13,7 +13,7 @@ from twistcore.analysis.quality.joint import (
     joint_quality,
 )
 from twistcore.formats.bvh import parse_bvh, read_bvh
-from twistcore.quamo.topology import metres_per_unit
+from twistcore.formats.smpl.skeleton import metres_per_unit
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
 

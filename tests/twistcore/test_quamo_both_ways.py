@@ -177,7 +177,7 @@ def test_steps_are_those_of_each_direction_in_the_order_of_the_frames():
 
 
 def test_learned_gains_go_both_ways_as_well(dirty_walk):
-    from twistcore.quamo.topology import CMU_UNIT, find_network_joints
+    from twistcore.formats.smpl.skeleton import CMU_UNIT, find_network_joints
 
     motion = dirty_walk.motion.sliced(1, 301)
     q = find_network_joints(motion.skeleton).reduced(motion.rotations)[::5]

@@ -10,14 +10,9 @@ from twistcore.analysis.quality.figure import foot_contact_mask, foot_slide, qua
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import parse_bvh
 from twistcore.formats.bvh.compose import bvh_text
-from twistcore.quamo.pose_files import PosesError
-from twistcore.quamo.poses_clip import read_poses
-from twistcore.quamo.resample import (
-    apply_sample_corrections,
-    interpolate_poses_at_times,
-    network_sample_times,
-)
-from twistcore.quamo.topology import (
+from twistcore.formats.smpl.pose_files import PosesError
+from twistcore.formats.smpl.poses_clip import read_poses
+from twistcore.formats.smpl.skeleton import (
     ANKLES,
     CMU_UNIT,
     MIRROR,
@@ -27,6 +22,11 @@ from twistcore.quamo.topology import (
     make_smpl_skeleton,
     metres_per_unit,
     smpl_joint_positions,
+)
+from twistcore.quamo.resample import (
+    apply_sample_corrections,
+    interpolate_poses_at_times,
+    network_sample_times,
 )
 from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import (

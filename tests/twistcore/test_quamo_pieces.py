@@ -8,16 +8,16 @@ import pytest
 from tests.conftest import ASSETS
 from twistcore.cli import main
 from twistcore.errors import TwistError
-from twistcore.export.tracking import (
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.bvh.compose import write_motion
+from twistcore.formats.clip import write_clip
+from twistcore.quamo import Gains, HandGains, track
+from twistcore.quamo.clip_tracking import (
     check_tracking,
     network_weights_identifier,
     traced_motion,
     tracked_motion,
 )
-from twistcore.formats.bvh import read_bvh
-from twistcore.formats.bvh.compose import write_motion
-from twistcore.formats.clip import write_clip
-from twistcore.quamo import Gains, HandGains, track
 from twistcore.quamo.network import untrained_network
 from twistcore.quamo.pieces import capture_spans, capture_starts_after
 from twistcore.quamo.track_clip import (

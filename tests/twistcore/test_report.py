@@ -12,9 +12,9 @@ from tests.tiers import parametrize
 from tests.twistcore.reviews import CARRIED, CHAINS, CLIP, LIMBS, flip, flipped
 from twistcore.analysis.clip_analysis import detect
 from twistcore.cli import main
+from twistcore.detection.interval_offsets import constant_interval
 from twistcore.errors import TwistError
 from twistcore.export.compare import compare_motions
-from twistcore.export.replay import accepted_motion
 from twistcore.files.atomic import write_atomically
 from twistcore.files.version import __version__
 from twistcore.formats.bvh import read_bvh
@@ -25,7 +25,7 @@ from twistcore.report.changes import check_fidelity, joint_changes
 from twistcore.report.clip_report import write_clip_report
 from twistcore.report.document import Report
 from twistcore.review import Decide, Decision, Review, Tracking, start_review
-from twistcore.review.model import constant_interval
+from twistcore.review.replay import accepted_motion
 
 STATE = start_review("consistency", {c.name: 0.1 for c in CHAINS}, [], [])
 ENDINGS = ("report.html", "intervals.csv", "markers.py", "report.json")

@@ -13,8 +13,8 @@ from tests.twistcore import amc_files
 from tests.twistcore.reviews import CARRIED, CHAINS, CLIP, LIMBS, flip, flipped, spun
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.detection import Interval, Kind
+from twistcore.detection.interval_offsets import constant_interval
 from twistcore.export.detection_json import intervals_to_json
-from twistcore.export.replay import accepted_motion
 from twistcore.formats.amc import read_amc
 from twistcore.formats.clip import write_clip
 from twistcore.formats.reading import read_clip
@@ -24,7 +24,7 @@ from twistcore.report.clip_report import write_clip_report
 from twistcore.report.document import Report, report_to_json
 from twistcore.report.picture_job import Drawn
 from twistcore.review import Decide, Decision, Review, start_review
-from twistcore.review.model import constant_interval
+from twistcore.review.replay import accepted_motion
 
 LIMB = "rfemur-rfoot"
 WHEN = "2026-01-02T10:00:00+00:00"

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from tests.conftest import ASSETS
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.corrected import Corrected
+from twistcore.detection.interval_offsets import constant_interval
 from twistcore.formats.reading import read_clip
 from twistcore.report.curve_drawing import HEIGHT, ClipCurves, _edges, _path
 from twistcore.review import Decide, Decision, Review, start_review
-from twistcore.review.model import constant_interval
 
 KICK = read_clip(ASSETS / "kick.bvh")
 

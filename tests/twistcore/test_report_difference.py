@@ -7,11 +7,11 @@ import pytest
 
 from tests.twistcore.reviews import CHAINS, CLIP, fresh
 from twistcore.cli import main
-from twistcore.export.replay import accepted_motion
+from twistcore.detection.interval_offsets import constant_interval
 from twistcore.report.clip_report import write_clip_report
 from twistcore.report.document import Report
 from twistcore.review import Decide, Decision
-from twistcore.review.model import constant_interval
+from twistcore.review.replay import accepted_motion
 
 
 def written(folder, state):

@@ -10,8 +10,8 @@ from tests.conftest import ASSETS
 from tests.messages import names_in_one_line
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
-from twistcore.quamo.rest_pose import RestChange, smpl_rest_pose_change
-from twistcore.quamo.topology import PARENTS, find_network_joints, smpl_joint_positions
+from twistcore.formats.smpl.rest_pose import RestChange, smpl_rest_pose_change
+from twistcore.formats.smpl.skeleton import PARENTS, find_network_joints, smpl_joint_positions
 from twistcore.skeleton.rotation import exponential, normalise
 
 LEFT_LEG, RIGHT_LEG = (4, 7, 10), (5, 8, 11)

@@ -18,8 +18,14 @@ from tests.tiers import examples
 from tests.twistcore.reviews import CHAINS, CLIP, commands, fresh, redetect, signing
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.detection import Interval
+from twistcore.detection.interval_offsets import (
+    constant_interval,
+    resized,
+    with_constant_offset,
+    with_median_offset,
+    with_twist_straightening_offset,
+)
 from twistcore.errors import ClipMismatchError, FormatError
-from twistcore.export.replay import accepted_motion, check_session_fits_clip
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import patch_clip
 from twistcore.review import (
@@ -39,14 +45,8 @@ from twistcore.review import (
     session_bytes,
     write_session,
 )
-from twistcore.review.model import (
-    constant_interval,
-    overlapping_ids,
-    resized,
-    with_constant_offset,
-    with_median_offset,
-    with_twist_straightening_offset,
-)
+from twistcore.review.model import overlapping_ids
+from twistcore.review.replay import accepted_motion, check_session_fits_clip
 
 
 def test_nothing_outlives_a_review_that_is_closed():

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from twistcore.detection import Interval
-from twistcore.review import Redetect, start_review
-from twistcore.review.model import (
+from twistcore.detection.interval_offsets import (
     constant_interval,
     same_offsets,
     with_constant_offset,
     with_median_offset,
 )
+from twistcore.review import Redetect, start_review
 
 ARM, LEG = "Arm", "Leg"
 

@@ -11,8 +11,8 @@ from tests.conftest import ASSETS
 from tests.twistcore.reviews import CARRIED, CHAINS, CLIP, LIMBS, TAU, flip, fresh
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.detection import Kind
+from twistcore.detection.interval_offsets import constant_interval, with_median_offset
 from twistcore.errors import ClipMismatchError, FormatError
-from twistcore.export.replay import accepted_motion, check_session_fits_clip
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import (
     CarryOver,
@@ -32,8 +32,8 @@ from twistcore.review import (
     start_review,
     write_session,
 )
-from twistcore.review.model import constant_interval, with_median_offset
 from twistcore.review.reasons import redetected_intervals
+from twistcore.review.replay import accepted_motion, check_session_fits_clip
 from twistcore.skeleton.motion import forward_kinematics
 
 

@@ -10,19 +10,17 @@ import pytest
 from tests.messages import numbers
 from tests.twistcore.plain_review import ARM, FOUND, JUMP, LEG, decided, made, review
 from twistcore.detection import Interval, Kind
-from twistcore.review import Annotate, Decide, Decision, Review, start_review
-from twistcore.review.model import (
-    Judged,
-    ReviewState,
-    Tracking,
+from twistcore.detection.interval_offsets import (
     angles_relative_to_neighbours,
     constant_interval,
-    overlapping_ids,
     resized,
     round_interval_offset,
     with_median_offset,
     with_twist_straightening_offset,
 )
+from twistcore.quamo.tracking_settings import Tracking
+from twistcore.review import Annotate, Decide, Decision, Review, start_review
+from twistcore.review.model import Judged, ReviewState, overlapping_ids
 from twistcore.skeleton.rig import AS_FOUND, Rig
 
 

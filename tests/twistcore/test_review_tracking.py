@@ -16,17 +16,16 @@ from tests.twistcore.reviews import CHAINS, CLIP, fresh
 from twistcore.analysis.correction.twist_removal import refine
 from twistcore.cli import main
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
-from twistcore.export.replay import accepted_motion, check_session_fits_clip
-from twistcore.export.tracking import (
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import write_clip
+from twistcore.quamo import Gains, HandGains, track, track_both_ways
+from twistcore.quamo.clip_tracking import (
     DEMONSTRATION,
     check_tracking,
     network_weights_identifier,
     traced_motion,
     tracked_motion,
 )
-from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip import write_clip
-from twistcore.quamo import Gains, HandGains, track, track_both_ways
 from twistcore.quamo.track_clip import track_with_hand_gains
 from twistcore.report.clip_report import write_clip_report
 from twistcore.report.document import Report
@@ -42,6 +41,7 @@ from twistcore.review import (
     write_session,
 )
 from twistcore.review.journal import command_from_json, command_to_json
+from twistcore.review.replay import accepted_motion, check_session_fits_clip
 from twistcore.review.session import session_from_document, tracking_to_json
 
 JOINTS = ("LeftForeArm", "LeftHand")

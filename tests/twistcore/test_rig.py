@@ -13,8 +13,8 @@ from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import refine
 from twistcore.cli import main
 from twistcore.detection import Kind
+from twistcore.detection.interval_offsets import constant_interval
 from twistcore.errors import FormatError, TwistError
-from twistcore.export.replay import accepted_motion
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
 from twistcore.review import (
@@ -30,8 +30,8 @@ from twistcore.review import (
     session_bytes,
     write_session,
 )
-from twistcore.review.model import constant_interval
 from twistcore.review.other_chains import chain_change_command
+from twistcore.review.replay import accepted_motion
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.limb import Limb, find_limbs
 from twistcore.skeleton.rig import (

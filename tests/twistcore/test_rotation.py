@@ -6,8 +6,8 @@ from hypothesis import given
 from scipy.spatial.transform import Rotation
 
 from tests.twistcore.strategies import angles, axes, orders, quaternions
-from twistcore.detection.evidence.chain_signals import wrap_degrees
 from twistcore.skeleton import rotation as rot
+from twistcore.skeleton.angles import wrap_degrees
 
 
 def same_rotation(p, q, tolerance=1e-9):

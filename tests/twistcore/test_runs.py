@@ -3,7 +3,7 @@
 import pytest
 
 from twistcore.detection.noise_bursts import NoiseBurst
-from twistcore.detection.runs import group_overlapping_spans
+from twistcore.skeleton.runs import group_overlapping_spans
 
 
 @pytest.mark.parametrize(

@@ -14,11 +14,11 @@ from tests.twistcore.reviews import CHAINS, CLIP, LIMBS, flip, fresh
 from tests.twistcore.scene_rigs import ORDERS, Cmds, Rig, Sdk
 from tests.twistcore.test_cli import run
 from twistcore.analysis.correction.twist_removal import refine
+from twistcore.detection.interval_offsets import constant_interval
 from twistcore.errors import TwistError
 from twistcore.export.scene_keys import scene_keys
 from twistcore.export.scene_script import PROGRAMS, SceneOptions, scene_script
 from twistcore.review import Decide, Decision, Track, Tracking, write_session
-from twistcore.review.model import constant_interval
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import geodesic_angle, quaternion_from_euler
 

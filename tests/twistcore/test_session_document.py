@@ -26,7 +26,8 @@ from tests.twistcore.small_review import (
 )
 from twistcore.detection import Kind
 from twistcore.errors import FormatError, TwistError
-from twistcore.review.model import Decision, Judged, Tracking
+from twistcore.quamo.tracking_settings import Tracking
+from twistcore.review.model import Decision, Judged
 from twistcore.review.session import (
     interval_from_json,
     interval_to_json,

@@ -27,7 +27,7 @@ from twistcore.detection.soft_errors.soft_intervals import (
     soft_interval,
 )
 from twistcore.detection.soft_errors.soft_search import natural_motion_costs
-from twistcore.detection.twist_increments import twist_increments
+from twistcore.skeleton.twist_increments import twist_increments
 
 DEGREE = math.pi / 180.0
 

@@ -16,11 +16,11 @@ from twistcore.analysis.why_not import Why, why_no_interval_edge
 from twistcore.cli import main
 from twistcore.detection import Interval
 from twistcore.detection.consistency.chain_analysis import FixedInterval
+from twistcore.detection.interval_offsets import with_median_offset
+from twistcore.detection.soft_onset import describe_soft_onset, rise_and_fall_frames
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
 from twistcore.review import Review
-from twistcore.review.model import with_median_offset
-from twistcore.review.soft_onset import describe_soft_onset, rise_and_fall_frames
 from twistcore.skeleton.chain import find_chains
 
 CLIP = read_bvh(ASSETS / "walk.bvh")

@@ -28,7 +28,7 @@ from twistcore.detection.straight_limbs.straight_claims import (
 )
 from twistcore.detection.straight_limbs.straight_course import increment_difference_scale
 from twistcore.detection.straight_limbs.straight_spells import Bend, bend_of, find_straight_ranges
-from twistcore.detection.twist_increments import twist_increments
+from twistcore.skeleton.twist_increments import twist_increments
 
 DEGREE = math.pi / 180.0
 FRAMES = 120

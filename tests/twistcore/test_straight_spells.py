@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from tests.tiers import parametrize
-from twistcore.detection.runs import runs_of_true
 from twistcore.detection.straight_limbs.straight_claims import _is_nearer_hinge, _Jumping
 from twistcore.detection.straight_limbs.straight_course import (
     error_course,
@@ -23,6 +22,7 @@ from twistcore.detection.straight_limbs.straight_spells import (
     unexplained_opposite_rotation,
 )
 from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle, wrap
+from twistcore.skeleton.runs import runs_of_true
 
 DEGREE = math.pi / 180.0
 FRAMES = 160

@@ -8,8 +8,7 @@ import pytest
 import twistcore as tc
 from tests.conftest import ASSETS
 from tests.twistcore.reviews import spun
-from twistcore.detection.lone_jumps import own_bone_axis
-from twistcore.detection.stretches import roll_about_own_bone
+from twistcore.skeleton.own_axis import own_bone_axis, roll_about_own_bone
 from twistcore.skeleton.rotation import (
     geodesic_angle,
     multiply,

@@ -16,8 +16,8 @@ from twistcore.detection.soft_errors.natural_scale import (
 )
 from twistcore.detection.soft_errors.soft_search import natural_motion_costs
 from twistcore.detection.soft_errors.surprise import Surprise
-from twistcore.detection.twist_increments import twist_increments
 from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
+from twistcore.skeleton.twist_increments import twist_increments
 
 DEGREE = math.pi / 180.0
 FLOOR = 0.005 * DEGREE

@@ -4,7 +4,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from twistcore.batch.clip_severity import measure_clip_severity
+    from twistcore.analysis.clip_severity import measure_clip_severity
     from twistcore.batch.clip_survey import ClipSurvey, survey_clip, survey_folder
     from twistcore.batch.manifest import ClipRecord, Manifest, is_batch_folder
 

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from twistcore.analysis.clip_analysis import ALL_KINDS, Detection, analyse
+from twistcore.analysis.clip_severity import measure_clip_severity
 from twistcore.analysis.quality.figure import figure_quality
-from twistcore.batch.clip_severity import measure_clip_severity
 from twistcore.batch.parameters import Parameters
 from twistcore.detection import Kind
 from twistcore.export.detection_json import detection_tau_degrees, intervals_to_json
@@ -121,12 +121,12 @@ def _refined(clip: Clip, found: Detection, parameters: Parameters) -> tuple[Moti
 
     Each message names a chain that was not corrected, and gives the reason.
     """
-    from twistcore.export.replay import (
+    from twistcore.review import Review
+    from twistcore.review.replay import (
         accepted_motion,
         correctable_intervals,
         uncorrected_chain_sentences,
     )
-    from twistcore.review import Review
 
     chains, review = found.chains_and_limbs, Review.of(found)
     review.accept(parameters.min_confidence, include_open=parameters.include_open)

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.batch.clip_severity import measure_clip_severity
+from twistcore.analysis.clip_severity import measure_clip_severity
 from twistcore.detection import DEFAULT_METHOD
 from twistcore.export.exported_clips import without_exports
 from twistcore.formats.clip_files import clip_paths_in_folder

@@ -185,7 +185,7 @@ def _on_this_disk(task: ClipTask) -> Iterator[Path]:
     """Yield the path of a task's clip, or of a temporary copy if the clip is not on this disk."""
     data = task.data
     if data is None and "://" in task.source:
-        from twistcore.batch.remote_files import read_remote
+        from twistcore.files.remote_files import read_remote
 
         data = read_remote(task.source)
     if data is None:

@@ -167,7 +167,7 @@ def _lines(text: str) -> Iterator[str]:
 def _of_word(word: str, without: Path | None, files: list[str]) -> Iterator[Source]:
     """Yield the clips of a folder, pattern or URL. Append any other word to the list `files`."""
     if "://" in word:
-        from twistcore.batch.remote_files import find_remote
+        from twistcore.files.remote_files import find_remote
 
         for path, name, size in find_remote(word):
             # Only a download could show whether a pickle has poses, so it must be named explicitly.

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path, PurePosixPath
 from xml.etree import ElementTree
 
-from twistcore.batch.clip_severity import unexamined_limb_sentences
+from twistcore.analysis.clip_severity import unexamined_limb_sentences
 from twistcore.batch.gates import Broken, Rule
 from twistcore.batch.manifest import ClipRecord
 from twistcore.files.atomic import write_atomically

@@ -16,13 +16,13 @@ from tempfile import TemporaryDirectory
 import platformdirs
 
 from twistcore.batch.manifest import FILE
-from twistcore.batch.remote_files import find_remote, read_remote, write_remote
 from twistcore.batch.run import LOCK
 from twistcore.errors import TwistError
 from twistcore.files.atomic import write_atomically
 from twistcore.files.lock import is_file_locked
 from twistcore.files.marks import sha256_of
 from twistcore.files.ordinary import user_folder
+from twistcore.files.remote_files import find_remote, read_remote, write_remote
 
 _UPLOADED = ".uploaded.json"  # SHA-256 of the files at the URL, keyed by relative path
 

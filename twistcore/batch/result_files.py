@@ -8,7 +8,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from twistcore.batch.clip_severity import percent_affected, unexamined_limb_sentences
+from twistcore.analysis.clip_severity import percent_affected, unexamined_limb_sentences
 from twistcore.batch.manifest import ClipRecord
 from twistcore.detection import Kind
 from twistcore.detection.kind import plural_kind_name

@@ -40,14 +40,6 @@ from twistcore.cli.output import (
 from twistcore.detection import Interval
 from twistcore.errors import TwistError
 from twistcore.export.detection_json import detection_tau_degrees, intervals_to_json
-from twistcore.export.replay import (
-    Replay,
-    accepted_motion,
-    correctable_intervals,
-    replay_session,
-    uncorrected_sentences,
-    unknown_kind_sentences,
-)
 from twistcore.files.atomic import is_stream
 from twistcore.files.ordinary import path_exists
 from twistcore.formats.clip import Clip, check_clip_suffix, write_clip
@@ -60,6 +52,14 @@ from twistcore.report.clip_report import (
 from twistcore.report.document import Report
 from twistcore.review import Review, write_session
 from twistcore.review.model import SEEN
+from twistcore.review.replay import (
+    Replay,
+    accepted_motion,
+    correctable_intervals,
+    replay_session,
+    uncorrected_sentences,
+    unknown_kind_sentences,
+)
 
 
 def refine_command(arguments: argparse.Namespace) -> int:

@@ -363,7 +363,7 @@ def _explain(interval: Interval) -> None:
 
 
 def _explain_signals(interval: Interval, evidence: Mapping[str, Any]) -> None:
-    from twistcore.review.soft_onset import describe_soft_onset  # only --explain needs it
+    from twistcore.detection.soft_onset import describe_soft_onset  # only --explain needs it
 
     if onset := describe_soft_onset(interval):
         print_result(f"    {onset}, gain {evidence['gain']:.1f}".replace("−", "-"))

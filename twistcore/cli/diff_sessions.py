@@ -17,7 +17,6 @@ from twistcore.cli.output import (
     terminal_text,
 )
 from twistcore.errors import ClipMismatchError, TwistError
-from twistcore.export.replay import session_chains
 from twistcore.files.marks import find_file_by_sha256
 from twistcore.formats.reading import read_clip
 from twistcore.review import Judged, Session, read_session, write_session
@@ -30,6 +29,7 @@ from twistcore.review.agreement import (
     pair_intervals,
     reviewers_of,
 )
+from twistcore.review.replay import session_chains
 
 
 def diff_sessions(arguments: argparse.Namespace) -> int:

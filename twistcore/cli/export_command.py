@@ -8,11 +8,11 @@ from dataclasses import replace
 from twistcore.cli.clip_inputs import print_clip_notes
 from twistcore.cli.output import count_with_noun, print_note, print_remark, refuse_overwrite
 from twistcore.errors import TwistError
-from twistcore.export.replay import accepted_motion, session_chains
 from twistcore.export.scene_script import SceneOptions, scene_script
 from twistcore.files.atomic import write_atomically
 from twistcore.formats.reading import read_clip
 from twistcore.review import read_session
+from twistcore.review.replay import accepted_motion, session_chains
 
 _PROGRAMS = {"blender": "Blender", "maya": "Maya", "motionbuilder": "MotionBuilder"}
 

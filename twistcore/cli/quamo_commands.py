@@ -14,21 +14,14 @@ from twistcore.analysis.clip_analysis import detect
 from twistcore.analysis.quality.figure import quality_before_and_after
 from twistcore.cli.interval_words import print_channel_jumps
 from twistcore.cli.output import count_with_noun, print_note, print_remark, refuse_overwrite
-from twistcore.cli.quamo_words import (
-    SPLINE_WAY,
-    cuts_as_text,
-    tracking_lag_sentence,
-    tracking_loss_sentences,
-    tracking_method_text,
-)
 from twistcore.detection.cuts import count_leading_rest_frames
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import Clip, write_clip
+from twistcore.formats.smpl.pose_files import is_pose_file
+from twistcore.formats.smpl.poses_clip import read_poses
 from twistcore.quamo.bursts import NoisySpan, noise_burst_cutoff, noisy_spans, smooth_spans
 from twistcore.quamo.network import read_network
-from twistcore.quamo.pose_files import is_pose_file
-from twistcore.quamo.poses_clip import read_poses
 from twistcore.quamo.spline import default_spline_cutoff
 from twistcore.quamo.state_space import Gains
 from twistcore.quamo.track_clip import (
@@ -40,6 +33,13 @@ from twistcore.quamo.track_clip import (
     track_with_hand_gains,
     track_with_network,
     untracked_names,
+)
+from twistcore.quamo.tracking_sentences import (
+    SPLINE_WAY,
+    cuts_as_text,
+    tracking_lag_sentence,
+    tracking_loss_sentences,
+    tracking_method_text,
 )
 from twistcore.quamo.weights import default_network_path
 from twistcore.skeleton.chain import find_chains

@@ -25,9 +25,13 @@ from twistcore.detection.cuts import count_leading_rest_frames
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
+from twistcore.formats.smpl.skeleton import (
+    find_network_joints,
+    metres_per_unit,
+    smpl_joint_positions,
+)
 from twistcore.quamo.network import VARIANTS, Network, read_network, write_network
 from twistcore.quamo.resample import interpolate_poses_at_times, network_sample_times
-from twistcore.quamo.topology import find_network_joints, metres_per_unit, smpl_joint_positions
 from twistcore.quamo.weights import FINAL, WEIGHTS, network_weights_name
 from twistcore.study.quamo.noise import LEVELS, Noise, add_pose_noise
 from twistcore.study.quamo.pose_errors import pose_metrics

@@ -13,13 +13,13 @@ from twistcore.cli.output import (
     report_problems,
 )
 from twistcore.errors import TwistError
-from twistcore.export.replay import accepted_motion, session_chains
 from twistcore.files.ordinary import path_exists
 from twistcore.formats.reading import companion_file_prefix, read_clip
 from twistcore.report.clip_report import check_report_replaceable, write_clip_report
 from twistcore.report.document import Report
 from twistcore.report.folder_report import write_folder_report
 from twistcore.review import read_session
+from twistcore.review.replay import accepted_motion, session_chains
 
 
 def report_command(arguments: argparse.Namespace) -> int:

@@ -23,6 +23,7 @@ from twistcore.errors import TwistError
 from twistcore.export.exported_clips import without_exports
 from twistcore.files.ordinary import path_exists
 from twistcore.formats.clip_files import clip_paths_in_folder
+from twistcore.review.folder_sessions import FolderSessions, sessions_in
 from twistcore.skeleton.rig import AS_FOUND, Rig, read_rig
 from twistcore.tuning import (
     TauCurve,
@@ -33,7 +34,6 @@ from twistcore.tuning import (
 )
 from twistcore.tuning.common_tau import common_tau
 from twistcore.tuning.cost_words import format_repaired_share
-from twistcore.tuning.folder_sessions import FolderSessions, sessions_in
 from twistcore.tuning.learned_profile import LearnedProfile, learned_profile
 from twistcore.tuning.tau_curve import ALARM_PRICE, SMALLEST_ERROR
 from twistcore.tuning.verdict_curve import ENOUGH_ERRORS, verdict_curve

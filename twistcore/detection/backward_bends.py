@@ -19,13 +19,14 @@ from twistcore.detection.capture_faults import find_bursts
 from twistcore.detection.evidence import ChainSignals, usual_bend_side
 from twistcore.detection.finding import Found, KindSearch
 from twistcore.detection.interval import Interval, Kind, open_interval
-from twistcore.detection.lone_jumps import chain_of_joint, find_lone_jumps
-from twistcore.detection.runs import runs_of_true
+from twistcore.detection.lone_jumps import find_lone_jumps
 from twistcore.detection.stretches import find_stretches
 from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.joint_owners import chain_of_joint
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.medians import quantile
 from twistcore.skeleton.rotation import Array
+from twistcore.skeleton.runs import runs_of_true
 from twistcore.work.frozen import dataclass
 
 BACKWARD = 10.0  # degrees of hyperextension allowed in addition to the usual one and the play

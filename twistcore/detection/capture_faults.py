@@ -7,13 +7,13 @@ from collections.abc import Iterable, Sequence
 
 from twistcore.detection.all_joints.body_steps import BodyStep
 from twistcore.detection.finding import Found, KindSearch
-from twistcore.detection.frozen_frames import chain_limb_name, frozen_spans
+from twistcore.detection.frozen_frames import frozen_spans
 from twistcore.detection.interval import Interval, Kind, open_interval
-from twistcore.detection.lone_jumps import chain_of_joint
 from twistcore.detection.noise_bursts import NoiseBurst, noise_bursts
-from twistcore.detection.runs import group_overlapping_spans
 from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.joint_owners import chain_limb_name, chain_of_joint
 from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.runs import group_overlapping_spans
 
 _APART = 0.1  # seconds; bursts of a chain that are closer than this are merged
 _PART_OF_STEP = 8.0  # an error that is larger than the body step by this factor is not part of it

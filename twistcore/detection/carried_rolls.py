@@ -26,10 +26,10 @@ from twistcore.detection.evidence.chain_signals import (
     ChainSignals,
     Mask,
     evict_oldest_entries,
-    wrap_degrees,
 )
 from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.prediction import Index
+from twistcore.skeleton.angles import wrap_degrees
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.motion import Motion

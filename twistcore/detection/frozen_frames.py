@@ -6,10 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from twistcore.detection.runs import runs_of_true
 from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.joint_owners import chain_limb_name
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.notation import without_repeated_frames
+from twistcore.skeleton.runs import runs_of_true
 
 _LEAST, _FEWEST = 0.25, 6  # minimum length of a span in seconds and in frames
 _ALIVE = 0.7  # minimum share of the other frames in which the limb moves
@@ -43,12 +44,3 @@ def frozen_spans(motion: Motion, chains: Sequence[Chain]) -> tuple[tuple[str, in
                 found.append((name, start - 1, stop))
     inner = (f for f in found if f[1] > 0 and f[2] < motion.frames)
     return tuple(sorted(inner, key=lambda f: (f[1], f[2], f[0])))
-
-
-def chain_limb_name(chain: Chain) -> str:
-    """Return the name of a chain's limb, such as 'left arm', or '' for a chain in the trunk."""
-    if not chain.side:
-        return ""
-    kind = "leg" if chain.segment in ("UpLeg", "Leg") else "arm"
-    whose = f" of {chain.person}" if chain.person else ""
-    return f"{chain.side.lower()} {kind}{whose}"

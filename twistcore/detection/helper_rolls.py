@@ -19,10 +19,10 @@ from twistcore.detection.consistency.detector import find_jumps
 from twistcore.detection.cuts import find_cuts, segments_between
 from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.limbs import Limbs
-from twistcore.detection.twist_increments import twist_increments
 from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, quaternion_from_axis_angle
+from twistcore.skeleton.twist_increments import twist_increments
 from twistcore.work.frozen import dataclass
 from twistcore.work.progress import ignore_progress
 

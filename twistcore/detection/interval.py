@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from twistcore.detection.kind import Kind
-from twistcore.skeleton.medians import median
+from twistcore.skeleton.angles import circular_median
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
@@ -244,11 +244,3 @@ def open_interval(
         kind=kind,
         joint=evidence["joint"],
     )
-
-
-def circular_median(angles: Array) -> float:
-    """Return the circular median of angles (n,), radians in (−π, π], or 0 if there are none."""
-    if len(angles) == 0:
-        return 0.0
-    centre = np.angle(np.exp(1j * angles).sum()) if len(angles) > 1 else angles[0]
-    return float(wrap(centre + median(wrap(angles - centre))))

@@ -18,7 +18,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from twistcore.detection.prediction import Index
-from twistcore.detection.twist_increments import twist_increments
 from twistcore.skeleton.notation import Keys
 from twistcore.skeleton.rotation import (
     Array,
@@ -28,6 +27,7 @@ from twistcore.skeleton.rotation import (
     quaternion_from_axis_angle,
     wrap,
 )
+from twistcore.skeleton.twist_increments import twist_increments
 
 
 class Image:

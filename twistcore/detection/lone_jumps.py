@@ -18,11 +18,13 @@ from numpy.typing import NDArray
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.finding import Found, KindSearch
 from twistcore.detection.interval import Interval, Kind
-from twistcore.detection.runs import runs_of_true
 from twistcore.skeleton.chain import Chain
-from twistcore.skeleton.motion import Motion, Skeleton
+from twistcore.skeleton.joint_owners import chain_of_joint
+from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.notation import DistinctFrames, without_repeated_frames
+from twistcore.skeleton.own_axis import joint_world_rotations, own_bone_axis, twist_per_frame
 from twistcore.skeleton.rotation import Array, conjugate, multiply, twist_angle
+from twistcore.skeleton.runs import runs_of_true
 
 FASTEST = math.radians(7500.0)  # per second
 LEAST = math.radians(60.0)  # per frame; smaller turns may be noise at a high frame rate
@@ -129,8 +131,8 @@ def _turns_too_fast(
             if not len(at):
                 continue
             before, after = (
-                _world_rotations(block, joint, at - 1),
-                _world_rotations(block, joint, at),
+                joint_world_rotations(block, joint, at - 1),
+                joint_world_rotations(block, joint, at),
             )
             turn = twist_angle(multiply(conjugate(before), after), axis)
             fast = impossibly_fast_mask(turn, own[at], motion.fps)
@@ -143,32 +145,6 @@ def _in_clip_frames(jump: Interval, held: DistinctFrames) -> Interval:
     """Convert a jump to frame numbers of the whole clip, including held frames."""
     start, stop = held.end(jump.start), held.end(jump.stop - 1) + 1
     return replace(jump, start=start, stop=stop, offset=np.zeros(stop - start))
-
-
-def own_bone_axis(skeleton: Skeleton, joint: int) -> Array | None:
-    """Return the direction of a joint's own bone as a unit vector, (3,), or None.
-
-    The bone points to the farthest child or End Site. If all children are at the joint's position,
-    as in the hands of some rigs, the axis of the first child with an axis is returned.
-    """
-    ends = [skeleton.offsets[child] for child in skeleton.children[joint]]
-    if joint in skeleton.end_offsets:
-        ends.append(skeleton.end_offsets[joint])
-    lengths = [float(np.linalg.norm(end)) for end in ends]
-    if lengths and max(lengths) > 1e-6 * skeleton.height:
-        axis: Array = ends[int(np.argmax(lengths))] / max(lengths)
-        return axis
-    below = (own_bone_axis(skeleton, child) for child in skeleton.children[joint])
-    return next((axis for axis in below if axis is not None), None)
-
-
-def chain_of_joint(chains: Sequence[Chain]) -> dict[int, Chain]:
-    """Return the chain to which each joint belongs, keyed by joint.
-
-    A joint that is the parent of one chain and the child of another belongs to the former.
-    """
-    owner = {chain.child: chain for chain in reversed(chains)}
-    return owner | {chain.parent: chain for chain in chains}
 
 
 def impossibly_fast_mask(in_world: Array, own: Array, fps: float) -> NDArray[np.bool_]:
@@ -189,40 +165,6 @@ def possibly_too_fast_mask(own: Array, fps: float) -> NDArray[np.bool_]:
     fast rotation in world space comes from a joint above.
     """
     return np.asarray(np.abs(own) > _OWN_SHARE * largest_natural_turn(fps))
-
-
-def turns_about_own_axis(motion: Motion, joint: int) -> Array:
-    """Return the rotations of a joint about its own axis in world space, in radians, (frames,).
-
-    Each angle is relative to the previous frame. For a joint without an axis, all angles are 0.
-    """
-    turns, axis = np.zeros(motion.frames), own_bone_axis(motion.skeleton, joint)
-    if axis is not None:
-        rotations = _world_rotations(motion, joint, np.arange(motion.frames))
-        turns = twist_per_frame(rotations, axis)
-    return turns
-
-
-def _world_rotations(motion: Motion, joint: int, at: NDArray[np.intp]) -> Array:
-    """Return the global rotations of a joint at the given frames, (n, 4)."""
-    line = [joint]
-    while (above := int(motion.skeleton.parents[line[-1]])) >= 0:
-        line.append(above)
-    found: Array = motion.rotations[at, line.pop()]
-    while line:
-        found = multiply(found, motion.rotations[at, line.pop()])
-    return found
-
-
-def twist_per_frame(rotations: Array, axis: Array) -> Array:
-    """Return the twist about an axis since the previous frame, for each frame, in radians.
-
-    `rotations` has the shape (frames, …, 4), `axis` is a unit vector, (…, 3), and the result has
-    the shape (frames, …).
-    """
-    out = np.zeros(rotations.shape[:-1])
-    out[1:] = twist_angle(multiply(conjugate(rotations[:-1]), rotations[1:]), axis)
-    return out
 
 
 def _explained(joint: str, turn: float, fps: float) -> dict[str, float | str]:

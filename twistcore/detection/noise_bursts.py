@@ -13,12 +13,12 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.detection.runs import group_overlapping_spans, runs_of_true
 from twistcore.skeleton.body import ancestors
 from twistcore.skeleton.medians import median, pad_with_edge_values, quantile, running_medians
 from twistcore.skeleton.motion import Motion, cache_per_object
 from twistcore.skeleton.notation import without_repeated_frames
 from twistcore.skeleton.rotation import Array, conjugate, logarithm, multiply
+from twistcore.skeleton.runs import group_overlapping_spans, runs_of_true
 from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]

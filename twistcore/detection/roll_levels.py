@@ -13,8 +13,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from twistcore.detection.lone_jumps import own_bone_axis, twist_per_frame
 from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.own_axis import own_bone_axis, twist_per_frame
 from twistcore.skeleton.rotation import (
     Array,
     geodesic_angle,
@@ -56,11 +56,6 @@ class RollLevel:
     def frames(self) -> int:
         """The number of frames between the two jumps."""
         return self.stop - self.start
-
-
-def circular_mean(angles: Array) -> float:
-    """Return the circular mean of angles, in radians."""
-    return float(np.arctan2(np.sin(angles).sum(), np.cos(angles).sum()))
 
 
 def own_bone_jump_angles(motion: Motion, joint: int, jumps: Sequence[int]) -> dict[int, float]:

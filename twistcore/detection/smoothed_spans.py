@@ -16,9 +16,9 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.detection.runs import group_overlapping_spans, runs_of_true
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, continuous_quaternion_signs
+from twistcore.skeleton.runs import group_overlapping_spans, runs_of_true
 from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]

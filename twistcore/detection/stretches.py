@@ -25,15 +25,9 @@ from twistcore.detection.all_joints.finders import find_joint_jumps
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.finding import Found, KindSearch
 from twistcore.detection.interval import Interval, Kind
-from twistcore.detection.lone_jumps import (
-    chain_of_joint,
-    largest_natural_turn,
-    own_bone_axis,
-    twist_per_frame,
-)
+from twistcore.detection.lone_jumps import largest_natural_turn
 from twistcore.detection.roll_levels import (
     RollLevel,
-    circular_mean,
     is_calm_around,
     is_confirmed_by_roll,
     jump_angle_about,
@@ -42,15 +36,16 @@ from twistcore.detection.roll_levels import (
     undoes_any,
 )
 from twistcore.detection.turned_ends import turned_end_spans
+from twistcore.skeleton.angles import circular_mean
 from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.joint_owners import chain_of_joint
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.notation import without_repeated_frames
+from twistcore.skeleton.own_axis import own_bone_axis, roll_about_own_bone, twist_per_frame
 from twistcore.skeleton.rotation import (
     Array,
     geodesic_angle,
     multiply,
-    twist_angle,
-    twist_reliability,
     wrap,
 )
 from twistcore.work.frozen import dataclass
@@ -69,7 +64,6 @@ MOST_JUMPS = 8  # if a joint jumps more often, only its jumps are listed
 # Slower jumps are examined, and the rolls between jumps are linked, only if there are at most this
 # many, because each jump is compared with all others.
 MOST_COMPARED = 32
-_DEFINED = 0.5  # minimum of :func:`twist_reliability`, which is low near a swing of 180°
 
 
 @dataclass(frozen=True, eq=False)
@@ -306,20 +300,6 @@ def roll_deviation(search: KindSearch, joint: int, span: tuple[int, int]) -> Arr
             return None
         usual = circular_mean(outside[np.isfinite(outside)])
     return wrap(roll - usual)
-
-
-def roll_about_own_bone(motion: Motion, joint: int) -> Array:
-    """Return the roll of a joint about its own bone, in radians, (frames,).
-
-    The roll is NaN in frames with a swing near 180°, where it is undefined, and in all frames if
-    the joint has no bone.
-    """
-    axis = own_bone_axis(motion.skeleton, joint)
-    if axis is None:
-        return np.full(motion.frames, np.nan)
-    rotations = motion.rotations[:, joint]
-    defined = twist_reliability(rotations, axis) > _DEFINED
-    return np.where(defined, twist_angle(rotations, axis), np.nan)
 
 
 def _usual(levels: Sequence[RollLevel]) -> float | None:

@@ -21,11 +21,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from twistcore.detection.all_joints.finders import nearest_chain_by_joint
 from twistcore.detection.all_joints.joint_steps import LONGEST
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.finding import Found, KindSearch
 from twistcore.detection.interval import Interval, Kind, open_interval
+from twistcore.skeleton.joint_owners import nearest_chain_by_joint
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.rotation import Array, conjugate, geodesic_angle, multiply, slerp
 

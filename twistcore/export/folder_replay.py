@@ -11,7 +11,6 @@ from pathlib import Path, PurePath
 
 from twistcore.errors import FormatError, TwistError
 from twistcore.export.exported_clips import find_exported_clips
-from twistcore.export.replay import replay_session, uncorrected_sentences, unknown_kind_sentences
 from twistcore.files.atomic import write_atomically, write_companions
 from twistcore.files.document_values import parsed_json, read_bytes_limited
 from twistcore.files.encoding import json_text
@@ -19,7 +18,8 @@ from twistcore.files.marks import cached_sha256
 from twistcore.files.ordinary import check_no_links, path_exists, real_path
 from twistcore.formats.clip import ChannelJump, patch_clip
 from twistcore.formats.clip_files import clips_by_name
-from twistcore.tuning.folder_sessions import read_sessions
+from twistcore.review.folder_sessions import read_sessions
+from twistcore.review.replay import replay_session, uncorrected_sentences, unknown_kind_sentences
 from twistcore.work.frozen import dataclass
 
 WRITTEN = "applied.jsonl"  # a file in the output folder that lists the written clips
@@ -80,7 +80,7 @@ class Replayed:
     jumps
         Jumps of channels that could not be avoided.
     left, beside
-        Sentences returned by :func:`twistcore.export.replay.uncorrected_sentences`.
+        Sentences returned by :func:`twistcore.review.replay.uncorrected_sentences`.
     """
 
     sha256: str
@@ -207,7 +207,7 @@ def write_replayed_clip(output: Path, own: Mapping[str, str], pair: SessionClip)
     ------
     TwistError
         If a different file with this name exists. Other errors are those of
-        :func:`twistcore.export.replay.replay_session`.
+        :func:`twistcore.review.replay.replay_session`.
     """
     replay = replay_session(pair.session, pair.clip)
     patch = patch_clip(replay.clip, replay.motion)

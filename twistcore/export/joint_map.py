@@ -15,7 +15,7 @@ from twistcore.files.document_values import (
     prefix_format_errors,
     read_bytes_limited,
 )
-from twistcore.quamo.topology import CMU_NAMES, SMPL_NAMES
+from twistcore.formats.smpl.skeleton import CMU_NAMES, SMPL_NAMES
 from twistcore.skeleton.body import find_body
 from twistcore.skeleton.motion import Motion
 

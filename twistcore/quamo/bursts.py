@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from twistcore.detection.noise_bursts import noise_bursts
-from twistcore.detection.runs import group_overlapping_spans
 from twistcore.quamo.pieces import capture_spans
 from twistcore.quamo.spline import default_spline_cutoff, rotations_smoothed_by_spline
 from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.runs import group_overlapping_spans
 from twistcore.work.frozen import dataclass
 
 _CUTOFF = 2.5  # Hz; lower than in a whole clip, because the noise of a burst is stronger

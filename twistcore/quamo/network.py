@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from twistcore.errors import FormatError
 from twistcore.files.atomic import write_atomically
+from twistcore.formats.smpl.skeleton import JOINTS
 from twistcore.quamo.stability import UnstableGainsError, check_stability
 from twistcore.quamo.state_space import (
     EXACT,
@@ -29,7 +30,6 @@ from twistcore.quamo.state_space import (
     canonical_vector_part,
     reference_increment,
 )
-from twistcore.quamo.topology import JOINTS
 from twistcore.quamo.tracker import Controller, State
 from twistcore.skeleton.rotation import Array, conjugate, exponential, multiply
 from twistcore.work.frozen import dataclass

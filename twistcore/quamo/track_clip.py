@@ -16,6 +16,7 @@ from twistcore.detection.cuts import count_leading_rest_frames
 from twistcore.errors import TwistError
 from twistcore.files.document_values import format_value_for_message
 from twistcore.files.encoding import escape_control_characters
+from twistcore.formats.smpl.skeleton import find_network_joints, metres_per_unit
 from twistcore.quamo.both_ways import track_both_ways
 from twistcore.quamo.network import Network
 from twistcore.quamo.pieces import capture_spans
@@ -31,7 +32,6 @@ from twistcore.quamo.spline import (
     smoothed_by_spline,
 )
 from twistcore.quamo.state_space import NETWORK_DT, Gains
-from twistcore.quamo.topology import find_network_joints, metres_per_unit
 from twistcore.quamo.tracker import HandGains, Step, TrackResult, track
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import Array

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from twistcore.detection.runs import runs_of_true
 from twistcore.errors import TwistError
 from twistcore.quamo.stability import check_stability
 from twistcore.quamo.state_space import (
@@ -26,6 +25,7 @@ from twistcore.quamo.state_space import (
     reference_increment,
 )
 from twistcore.skeleton.rotation import Array, normalise
+from twistcore.skeleton.runs import runs_of_true
 from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, ignore_progress
 

@@ -15,13 +15,13 @@ from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.correction.twist_removal import children_off_axis, joints_lacking_channels
 from twistcore.detection import Interval, Kind
 from twistcore.export.compare import Difference, compare_motions, move_to_json
-from twistcore.export.replay import uncorrected_sentences, unknown_kind_sentences
 from twistcore.files.encoding import csv_text
 from twistcore.files.version import __version__
 from twistcore.formats.clip import Clip
 from twistcore.quamo.track_clip import find_figure_position_joint
 from twistcore.report.changes import MeasureSum, sum_protected_measures
 from twistcore.review.model import APPLIED, SEEN, Decision, Judged, ReviewState
+from twistcore.review.replay import uncorrected_sentences, unknown_kind_sentences
 from twistcore.review.session import tracking_to_json
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from twistcore.batch.clip_severity import percent_affected, unexamined_limb_sentences
+from twistcore.analysis.clip_severity import percent_affected, unexamined_limb_sentences
 from twistcore.batch.manifest import ClipRecord
 from twistcore.detection import Kind
 

@@ -11,12 +11,12 @@ from twistcore.analysis.clip_analysis import ALL_KINDS, ClipAnalysis, analyse
 from twistcore.batch.manifest import ClipRecord
 from twistcore.detection import Kind
 from twistcore.errors import TwistError
-from twistcore.export.replay import accepted_motion, session_chains
 from twistcore.formats.clip import Clip
 from twistcore.formats.reading import read_clip
 from twistcore.report.document import Report
 from twistcore.report.folder_numbers import nonempty_parameters
 from twistcore.review import Review, read_session
+from twistcore.review.replay import accepted_motion, session_chains
 from twistcore.skeleton.own_words import add_user_joint_words
 from twistcore.skeleton.rig import AS_FOUND, rig_from_json
 

@@ -4,6 +4,7 @@ The package contains the state of a review, its commands with undo and redo, the
 protects it from a crash, and the session file that stores it.
 """
 
+from twistcore.quamo.tracking_settings import Tracking
 from twistcore.review.commands import (
     Annotate,
     CarryOver,
@@ -20,7 +21,7 @@ from twistcore.review.decisions import Decide, Sign
 from twistcore.review.history import Review
 from twistcore.review.journal import Journal, Recovered, replay_journal
 from twistcore.review.left_out import LeaveOut
-from twistcore.review.model import Decision, Judged, ReviewState, Tracking, start_review
+from twistcore.review.model import Decision, Judged, ReviewState, start_review
 from twistcore.review.session import (
     Session,
     read_session,

@@ -8,8 +8,9 @@ from dataclasses import replace
 from enum import StrEnum
 from typing import Any
 
+from twistcore.detection.interval_offsets import same_offsets
 from twistcore.errors import ClipMismatchError
-from twistcore.review.model import APPLIED, Decision, Judged, ReviewState, same_offsets
+from twistcore.review.model import APPLIED, Decision, Judged, ReviewState
 from twistcore.review.overlaps import overlapping_interval_pairs
 from twistcore.review.session import judged_to_json
 from twistcore.work.frozen import dataclass

@@ -8,14 +8,9 @@ from dataclasses import replace
 from types import MappingProxyType
 
 from twistcore.detection import DETECTORS, Interval
-from twistcore.review.model import (
-    Judged,
-    ReviewState,
-    Tracking,
-    chain_index_by_name,
-    round_interval_offset,
-    with_earlier_decisions,
-)
+from twistcore.detection.interval_offsets import round_interval_offset
+from twistcore.quamo.tracking_settings import Tracking
+from twistcore.review.model import Judged, ReviewState, chain_index_by_name, with_earlier_decisions
 from twistcore.review.overlaps import overlapping_interval_pairs
 from twistcore.skeleton.rig import Rig
 from twistcore.work.frozen import dataclass

@@ -13,10 +13,10 @@ import numpy as np
 
 from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.detection import Interval
+from twistcore.quamo.tracking_settings import Tracking
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rig import AS_FOUND, Rig
-from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
 SEEN = "seen"  # verdict shown for an accepted interval that cannot be corrected
@@ -43,55 +43,6 @@ class Decision(StrEnum):
     UNDECIDED = "undecided"
     ACCEPTED = "accepted"
     REJECTED = "rejected"
-
-
-@dataclass(frozen=True)
-class Tracking:
-    """The joints to track or smooth after the twist correction, and the settings.
-
-    Parameters
-    ----------
-    joints
-        The joints' names, in the skeleton's order. Empty if only the position is tracked.
-    kp, kd, ka
-        The gains κP (1/s²), κD (1/s) and κA, unless `learned` is True.
-    learned
-        True to use gains from the included networks.
-    weights
-        The first 16 digits of the SHA-256 of the networks' file, or '' for gains set by hand.
-    causal
-        True to track only forward in time, False to track forward and backward.
-    place
-        True to track the position of the figure as well.
-    spline
-        True to smooth with a spline, which has no gains, instead of tracking.
-    cutoff
-        The cut-off frequency of the spline in Hz.
-    bursts
-        The joint and the frames [start, stop) of each noise burst to smooth. Empty to smooth the
-        whole clip.
-    """
-
-    joints: tuple[str, ...]
-    kp: float = 600.0
-    kd: float = 15.0
-    ka: float = 0.0
-    learned: bool = False
-    weights: str = ""
-    causal: bool = True
-    place: bool = False
-    spline: bool = False
-    cutoff: float = 0.0
-    bursts: tuple[tuple[str, int, int], ...] = ()
-
-    @property
-    def what(self) -> str:
-        """A short description of the tracked parts, such as '2 joints and the position'."""
-        joints = self.joints[0] if len(self.joints) == 1 else f"{len(self.joints)} joints"
-        if self.bursts:
-            count = len({(start, stop) for _, start, stop in self.bursts})
-            return f"{joints} in one burst" if count == 1 else f"{joints} in {count} bursts"
-        return " and ".join((joints,) * bool(self.joints) + ("the position",) * self.place)
 
 
 @dataclass(frozen=True, eq=False)
@@ -384,90 +335,6 @@ def chain_index_by_name(chains: Iterable[str]) -> Mapping[str, int]:
     return MappingProxyType({name: k for k, name in enumerate(chains)})
 
 
-def round_interval_offset(interval: Interval) -> Interval:
-    """Return the interval with its offset rounded to nine decimals of a degree, as in sessions.
-
-    Because of this rounding, the window and `twistcore apply` correct by exactly the same angles.
-    −0.0 becomes 0.0.
-    """
-    return interval.as_written
-
-
-def resized(interval: Interval, start: int, stop: int) -> Interval:
-    """Return a copy of the interval with frames [start, stop).
-
-    An added frame has the same offset as the nearest frame of the interval.
-    """
-    at = np.clip(np.arange(start, stop), interval.start, interval.stop - 1) - interval.start
-    return interval.with_offset(start, interval.offset[at])
-
-
-def same_offsets(one: Interval, other: Interval) -> bool:
-    """Return True if two intervals have the same frames and, except for rounding, equal offsets."""
-    frames = (one.start, one.stop, one.carried) == (other.start, other.stop, other.carried)
-    return frames and np.allclose(one.offset, other.offset, atol=1e-12)
-
-
-def with_median_offset(interval: Interval, delta: float) -> Interval:
-    """Return the interval with its offset shifted so that the median is `delta`, in radians.
-
-    If the error begins and ends gradually, its offset is scaled instead, so that the largest offset
-    becomes `delta` and the ends remain gradual.
-    """
-    if interval.soft_ended:
-        return interval.with_offset(interval.start, interval.offset * (delta / interval.largest))
-    return interval.with_offset(interval.start, wrap(interval.offset + (delta - interval.delta)))
-
-
-def with_constant_offset(interval: Interval) -> Interval:
-    """Return the interval with its offset replaced by the median offset in all frames."""
-    return interval.with_offset(interval.start, np.full(interval.frames, interval.delta))
-
-
-def with_twist_straightening_offset(interval: Interval, theta_p: Array) -> Interval:
-    """Return the interval with offsets whose removal makes the parent's twist linear in time.
-
-    The correction then removes all variation of the twist, such as drift or jitter.
-
-    Parameters
-    ----------
-    interval
-        The interval.
-    theta_p : array, shape (frames of the clip,)
-        The parent's twist θp in radians.
-    """
-    if interval.frames >= len(theta_p):
-        return interval
-    return interval.with_offset(
-        interval.start, angles_relative_to_neighbours(theta_p, interval.start, interval.stop)
-    )
-
-
-def angles_relative_to_neighbours(theta: Array, start: int, stop: int) -> Array:
-    """Return the angles in [start, stop) relative to a line between the frames on either side.
-
-    The line connects the angle in the frame before the span with the angle in the frame after it.
-    At the start or end of the clip, where one of these frames is missing, the line is horizontal.
-    If the span is the whole clip, the line is horizontal at the angle of the last frame.
-
-    Parameters
-    ----------
-    theta : array, shape (frames of the clip,)
-        Angles in radians.
-    start, stop
-        The first frame of the span, and the frame after its last one.
-
-    Returns
-    -------
-    array, shape (stop − start,)
-        The relative angles in radians, in (−π, π].
-    """
-    outside = [t for t in (start - 1, stop) if 0 <= t < len(theta)] or [len(theta) - 1]
-    before, behind = float(theta[outside[0]]), float(theta[outside[-1]])
-    share = (np.arange(stop - start) + 1) / (stop - start + 1)
-    return wrap(theta[start:stop] - (before + wrap(behind - before) * share))
-
-
 def with_earlier_decisions(
     earlier: Sequence[Judged], state: ReviewState, *, same_clip: bool = False
 ) -> ReviewState:
@@ -538,9 +405,3 @@ def overlapping_ids(intervals: Sequence[Judged]) -> frozenset[int]:
         if judged.interval.stop > reach.interval.stop:
             reach = judged
     return frozenset(out)
-
-
-def constant_interval(chain: str, start: int, stop: int, delta: float) -> Interval:
-    """Return an interval with the offset `delta`, in radians, in all frames."""
-    offset: Array = np.full(stop - start, delta)
-    return Interval(chain, start, stop, offset)

@@ -11,10 +11,10 @@ import numpy as np
 from twistcore.analysis.correction.joint_repairs import interval_joint_index, remove_joint_roll
 from twistcore.detection import Interval, Kind
 from twistcore.detection.finding import KindSearch
-from twistcore.detection.interval import circular_median
+from twistcore.detection.interval_offsets import angles_relative_to_neighbours, constant_interval
 from twistcore.detection.limb_flips import BENT, LimbFlips
 from twistcore.detection.stretches import find_stretches, roll_deviation, stretch_interval
-from twistcore.review.model import angles_relative_to_neighbours, constant_interval
+from twistcore.skeleton.angles import circular_median
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, geodesic_angle, slerp

@@ -38,9 +38,10 @@ from twistcore.files.encoding import json_bytes
 from twistcore.files.kinds import JSON, SESSION, wrong_file_kind_message
 from twistcore.files.ordinary import path_exists
 from twistcore.formats.clip import Clip
+from twistcore.quamo.tracking_settings import Tracking
 from twistcore.review.history import Review
 from twistcore.review.left_out import excluded_spans_from_json
-from twistcore.review.model import Decision, Judged, ReviewState, Tracking, chain_index_by_name
+from twistcore.review.model import Decision, Judged, ReviewState, chain_index_by_name
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rig import AS_FOUND, rig_from_json, rig_to_json

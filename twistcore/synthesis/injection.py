@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.detection import Kind
 from twistcore.detection.carried_rolls import bent_frames
-from twistcore.detection.lone_jumps import own_bone_axis
 from twistcore.errors import TwistError
 from twistcore.files.encoding import encode_utf8
 from twistcore.skeleton.chain import Chain, chain_named
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import HasMotion, Motion, Skeleton, motion_of
+from twistcore.skeleton.own_axis import own_bone_axis
 from twistcore.skeleton.rig import AS_FOUND
 from twistcore.skeleton.rotation import Array, multiply, normalise, quaternion_from_axis_angle
 from twistcore.synthesis.offset_shape import (

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Hashable, Iterable
 from typing import TypeVar
 
-from twistcore.tuning.kind_verdicts import KindVerdict
+from twistcore.review.kind_verdicts import KindVerdict
 from twistcore.tuning.verdict_curve import VerdictScore
 from twistcore.work.frozen import dataclass
 

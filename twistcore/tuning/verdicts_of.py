@@ -28,13 +28,13 @@ from twistcore.errors import TwistError
 from twistcore.formats.clip import Clip
 from twistcore.formats.reading import read_clip
 from twistcore.review import Decision, Judged, ReviewState, Session, read_session
+from twistcore.review.kind_verdicts import KindVerdict, kind_verdicts
 from twistcore.review.left_out import joined_spans
 from twistcore.review.model import APPLIED
 from twistcore.skeleton.chain import uncorrectable_joints
 from twistcore.skeleton.rig import skeleton_hash
 from twistcore.tuning.cleaning import Verdicts
 from twistcore.tuning.injected_curve import GRID
-from twistcore.tuning.kind_verdicts import KindVerdict, kind_verdicts
 from twistcore.work.frozen import dataclass
 
 SAME = 0.5  # minimum fraction of common frames if a detection and an error are the same

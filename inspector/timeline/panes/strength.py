@@ -10,7 +10,7 @@ from inspector.timeline.curves import NOTHING, SAME, Curves, Title, format_padde
 from inspector.timeline.limb_curves import LimbCurves
 from inspector.timeline.pane import CurveStyle, Pane
 from inspector.timeline.plot import Plot
-from twistcore.review.soft_onset import is_soft_error
+from twistcore.detection.soft_onset import is_soft_error
 from twistcore.skeleton.rotation import Array
 
 

@@ -13,11 +13,10 @@ from importlib import import_module
 import numpy as np
 
 from twistcore.detection.interval import Interval, Kind
-from twistcore.detection.lone_jumps import own_bone_axis
-from twistcore.detection.runs import runs_of_true
 from twistcore.detection.turned_ends import edge_jump_rotations, halfway_edge_rotation
 from twistcore.errors import TwistError
 from twistcore.skeleton.motion import Motion, Skeleton
+from twistcore.skeleton.own_axis import own_bone_axis
 from twistcore.skeleton.rotation import (
     Array,
     conjugate,
@@ -28,6 +27,7 @@ from twistcore.skeleton.rotation import (
     vector_lengths,
     wrap,
 )
+from twistcore.skeleton.runs import runs_of_true
 from twistcore.work.frozen import dataclass
 
 # Share of the skeleton's height. A child that is farther than this from its parent's bone axis

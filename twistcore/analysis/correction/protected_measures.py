@@ -16,20 +16,16 @@ from numpy.typing import NDArray
 from twistcore.analysis.correction.joint_repairs import interval_joint_index
 from twistcore.analysis.correction.twist_removal import refine
 from twistcore.detection.evidence import ChainSignals, usual_bend_side
-from twistcore.detection.evidence.chain_signals import wrap_degrees
 from twistcore.detection.evidence.judgement import MIDDLE
 from twistcore.detection.interval import Interval
-from twistcore.detection.lone_jumps import (
-    impossibly_fast_mask,
-    own_bone_axis,
-    possibly_too_fast_mask,
-    twist_per_frame,
-)
+from twistcore.detection.lone_jumps import impossibly_fast_mask, possibly_too_fast_mask
+from twistcore.skeleton.angles import wrap_degrees
 from twistcore.skeleton.body import ancestors
 from twistcore.skeleton.chain import Chain, make_chain
 from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.limb import Limb, bone_lengths, joint_path, limb_positions
 from twistcore.skeleton.motion import Motion, Skeleton
+from twistcore.skeleton.own_axis import own_bone_axis, twist_per_frame
 from twistcore.skeleton.rotation import Array, multiply, rotate, vector_lengths
 from twistcore.work.frozen import dataclass
 

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from twistcore.analysis.correction.twist_removal import remove_twist
-from twistcore.analysis.decomposition.directions import (
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.directions import (
     angle_between,
     perpendicular,
     unit_vector,
     vector_at_frame,
 )
-from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import (
     Array,

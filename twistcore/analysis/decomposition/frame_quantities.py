@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from twistcore.analysis.decomposition.altered_frame import WhatIf, motion_of_altered_frame
-from twistcore.analysis.decomposition.directions import angle_between, unit_vector, vector_at_frame
 from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.directions import angle_between, unit_vector, vector_at_frame
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import (
     Array,

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.errors import TwistError
+from twistcore.formats.smpl.skeleton import ANKLES, TOES, find_network_joints, metres_per_unit
 from twistcore.quamo.resample import network_sample_times
-from twistcore.quamo.topology import ANKLES, TOES, find_network_joints, metres_per_unit
 from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import Array, vector_lengths
 from twistcore.work.frozen import dataclass

@@ -15,8 +15,8 @@ from twistcore.analysis.quality.figure import CONTACT_MM, SLIDE_MM
 from twistcore.detection.cuts import count_leading_rest_frames
 from twistcore.errors import TwistError
 from twistcore.formats.clip import Clip
+from twistcore.formats.smpl.skeleton import metres_per_unit
 from twistcore.quamo.state_space import NETWORK_DT
-from twistcore.quamo.topology import metres_per_unit
 from twistcore.skeleton.joint_names import FEET, TOES
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.people import find_people, interpret_person_joint_names

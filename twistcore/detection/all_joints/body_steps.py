@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from twistcore.detection.bends import bend_steps
 from twistcore.detection.cuts import count_leading_rest_frames, count_trailing_rest_frames
-from twistcore.detection.runs import runs_of_true
 from twistcore.skeleton.medians import median, medians
 from twistcore.skeleton.motion import Motion, cache_per_object
 from twistcore.skeleton.notation import linear_keys, without_repeated_frames
 from twistcore.skeleton.people import Person, find_people
 from twistcore.skeleton.rotation import Array, vector_lengths
+from twistcore.skeleton.runs import runs_of_true
 from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]

@@ -28,10 +28,16 @@ from twistcore.detection.finding import Found, KindSearch
 from twistcore.detection.interval import Interval, Kind, open_interval
 from twistcore.detection.noise_bursts import noise_bursts
 from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.joint_owners import (
+    chain_of_joint,
+    farthest_descendant_distance,
+    nearest_chain_by_joint,
+    toes_and_fingers,
+)
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.notation import DistinctFrames, without_repeated_frames
 from twistcore.skeleton.people import find_people
-from twistcore.skeleton.rotation import Array, vector_lengths
+from twistcore.skeleton.rotation import Array
 
 Mask = NDArray[np.bool_]
 
@@ -39,7 +45,6 @@ _NUMBERS = 1 << 17  # frames times joints in a block
 _BESIDE = 3  # maximum distance in frames from a step to the edge of an error that explains it
 _LEFT = 0.5  # an error explains a step if its correction leaves less than this share of the step
 _MORE = 4.0  # a joint's step is listed if it is larger than the body step by this factor
-_LAST_BONES = ("ForeArm", "Leg")
 
 
 def find_spikes(search: KindSearch) -> Found:
@@ -311,66 +316,7 @@ def _frames_in_clip(start: int, stop: int, held: DistinctFrames | None) -> tuple
 def _owners(search: KindSearch) -> dict[int, Chain]:
     if search.whole:
         return nearest_chain_by_joint(search.motion.skeleton, search.chains)
-    return lone_jumps.chain_of_joint(search.chains)
-
-
-def nearest_chain_by_joint(skeleton: Skeleton, chains: Sequence[Chain]) -> dict[int, Chain]:
-    """Return the chain under which each joint is listed, keyed by joint.
-
-    A joint outside all chains is listed under the nearest chain of the same person. Joints that are
-    not connected to any chain are omitted.
-    """
-    people = find_people(skeleton)
-    owner: dict[int, Chain] = {}
-    for person in people:
-        own = [chain for chain in chains if chain.person == person.name]
-        nearest = _nearest(skeleton, own)
-        joints = nearest if len(people) == 1 else person.joints
-        owner |= {joint: nearest[joint] for joint in joints if joint in nearest}
-    return owner
-
-
-def _nearest(skeleton: Skeleton, chains: Sequence[Chain]) -> dict[int, Chain]:
-    owner = lone_jumps.chain_of_joint(chains)
-    below: dict[int, tuple[int, Chain]] = {}  # the nearest chain below a joint
-    for chain in chains:
-        joint, way = int(skeleton.parents[chain.parent]), 1
-        while joint >= 0:
-            if joint not in below or way < below[joint][0]:
-                below[joint] = way, chain
-            joint, way = int(skeleton.parents[joint]), way + 1
-    for joint, above in enumerate(skeleton.parents.tolist()):
-        if joint in owner:
-            continue
-        if joint in below:
-            owner[joint] = below[joint][1]
-        elif above in owner:
-            owner[joint] = owner[above]
-    return owner
-
-
-def toes_and_fingers(skeleton: Skeleton, chains: Sequence[Chain]) -> set[int]:
-    """Return the indices of all joints below the hands and feet."""
-    last = {c.child for c in chains if c.ends and c.segment in _LAST_BONES}
-    last = last or {c.child for c in chains} - {c.parent for c in chains}
-    small: set[int] = set()
-    for joint, above in enumerate(skeleton.parents.tolist()):
-        if above in last or above in small:
-            small.add(joint)
-    return small
-
-
-def farthest_descendant_distance(skeleton: Skeleton, joint: int) -> float:
-    """Return the distance from a joint to the farthest joint or End Site below it.
-
-    The distance is measured in the rest pose, as a fraction of the skeleton's height.
-    """
-    place = {joint: np.zeros(3)}
-    for below in range(joint + 1, len(skeleton)):  # a parent comes before its children
-        if (above := int(skeleton.parents[below])) in place:
-            place[below] = place[above] + skeleton.offsets[below]
-    tips = [*place.values(), *(place[j] + offset for j, offset in skeleton.ends if j in place)]
-    return float(vector_lengths(tips).max()) / skeleton.height
+    return chain_of_joint(search.chains)
 
 
 def _top(skeleton: Skeleton, joint: int) -> int:

@@ -28,7 +28,6 @@ from twistcore.detection.evidence import ChainSignals
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.noise_bursts import noise_near
 from twistcore.detection.prediction import Mask
-from twistcore.detection.runs import runs_of_true
 from twistcore.detection.soft_errors import (
     Known,
     SoftError,
@@ -48,6 +47,7 @@ from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.notation import Keys, linear_keys, without_repeated_frames
 from twistcore.skeleton.people import find_people
 from twistcore.skeleton.rotation import Array, conjugate, multiply, quaternion_from_axis_angle
+from twistcore.skeleton.runs import runs_of_true
 from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, ignore_progress, stage_progress
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.detection.noise_bursts import rotation_vector_steps
-from twistcore.detection.twist_increments import twist_increments
+from twistcore.skeleton.angles import wrap_degrees
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import (
@@ -27,6 +27,7 @@ from twistcore.skeleton.rotation import (
     rotate,
     vector_lengths,
 )
+from twistcore.skeleton.twist_increments import twist_increments
 from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
@@ -244,11 +245,3 @@ def evict_oldest_entries(
     while len(made) >= max(fewest, _KEPT // max(frames, 1)):
         del made[next(iter(made))]
     return made
-
-
-def wrap_degrees(degrees: Array) -> Array:
-    """Return angles in degrees wrapped to [−180, 180)."""
-    shifted = np.asarray(degrees) + 180.0
-    if not (shifted.size and shifted.min() >= 0.0 and shifted.max() < 360.0):
-        shifted = shifted % 360.0  # slow, and not needed for small angles
-    return np.asarray(shifted - 180.0)

@@ -21,10 +21,10 @@ from twistcore.detection.evidence.chain_signals import (
     ChainSignals,
     Mask,
     evict_oldest_entries,
-    wrap_degrees,
 )
 from twistcore.detection.interval import Interval
 from twistcore.detection.robust_cost import residual_cost
+from twistcore.skeleton.angles import wrap_degrees
 from twistcore.skeleton.medians import median, quantile
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from twistcore.detection.prediction import Mask
+from twistcore.skeleton.angles import angle_about
 from twistcore.skeleton.limb import Limb, joint_path, limb_positions
 from twistcore.skeleton.medians import medians
 from twistcore.skeleton.motion import Motion
@@ -211,13 +212,3 @@ def _usual_side(line: Array, aside: Array, height: Array) -> Array:
 def _angle(line: Array, aside: Array, side: Array) -> Array:
     """Return the angles about the line from direction `side` to the vectors `aside`, radians."""
     return angle_about(line, side - (line @ side)[:, None] * line, aside)
-
-
-def angle_about(axis: Array, a: Array, b: Array) -> Array:
-    """Return the angles from vectors a to b about a unit axis that is perpendicular to both.
-
-    All vectors have the shape (n, 3), and the angles are in radians, (n,).
-    """
-    across = np.einsum("ti,ti->t", cross_products(a, b), axis)
-    angle: Array = np.arctan2(across, np.einsum("ti,ti->t", a, b))
-    return angle

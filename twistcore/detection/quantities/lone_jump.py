@@ -8,8 +8,9 @@ import numpy as np
 
 from twistcore.detection.finding import KindSearch
 from twistcore.detection.interval import Interval
-from twistcore.detection.lone_jumps import largest_natural_turn, turns_about_own_axis
+from twistcore.detection.lone_jumps import largest_natural_turn
 from twistcore.detection.quantity import OwnFrames, Quantity
+from twistcore.skeleton.own_axis import turns_about_own_axis
 
 
 def turn_about_axis(search: KindSearch, interval: Interval) -> Quantity:

@@ -34,13 +34,13 @@ from twistcore.detection.soft_errors.natural_scale import (
     departure_cost,
     natural_scales,
 )
-from twistcore.detection.twist_increments import twist_increments
 from twistcore.skeleton.rotation import (
     Array,
     multiply,
     normalise,
     quaternion_from_axis_angle,
 )
+from twistcore.skeleton.twist_increments import twist_increments
 
 # The weight of a departure. It is small because the departures at the three probes and at four
 # neighbouring positions are nearly the same.

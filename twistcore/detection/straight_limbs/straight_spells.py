@@ -10,9 +10,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.detection.runs import runs_of_true
 from twistcore.skeleton.medians import median, pad_with_edge_values, quantile
 from twistcore.skeleton.rotation import Array, cross_products, rotate, vector_lengths, wrap
+from twistcore.skeleton.runs import runs_of_true
 from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]

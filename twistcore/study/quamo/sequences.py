@@ -12,8 +12,8 @@ import numpy as np
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip_files import BVH, clip_paths_in_folder
+from twistcore.formats.smpl.skeleton import CMU_UNIT, find_network_joints, smpl_joint_positions
 from twistcore.quamo.resample import interpolate_poses_at_times, network_sample_times
-from twistcore.quamo.topology import CMU_UNIT, find_network_joints, smpl_joint_positions
 from twistcore.skeleton.rotation import Array
 from twistcore.work.processes import describe_failure, map_in_processes
 

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from twistcore.errors import TwistError
+from twistcore.formats.smpl.skeleton import JOINTS, PARENTS
 from twistcore.quamo import network as net
 from twistcore.quamo.state_space import NETWORK_DT, reference_increment
-from twistcore.quamo.topology import JOINTS, PARENTS
 from twistcore.skeleton.rotation import Array
 
 Tensor = Any  # torch may be missing, and its types with it

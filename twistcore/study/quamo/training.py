@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from twistcore.errors import TwistError
 from twistcore.files.atomic import write_atomically
+from twistcore.formats.smpl.skeleton import MIRROR
 from twistcore.quamo import network as net
 from twistcore.quamo.network import Network, untrained_network
-from twistcore.quamo.topology import MIRROR
 from twistcore.skeleton.rotation import Array, exponential, logarithm, multiply
 from twistcore.study.quamo.noise import LEVELS, Noise, add_pose_noise
 from twistcore.study.quamo.sequences import Sequence24

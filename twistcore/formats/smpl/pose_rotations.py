@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from twistcore.quamo.pose_files import PosesError
+from twistcore.formats.smpl.pose_files import PosesError
 from twistcore.skeleton.rotation import Array, exponential
 
 # RᵀR of a matrix R in a file may deviate from I by the first value without a note, and by the

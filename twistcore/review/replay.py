@@ -13,12 +13,12 @@ from twistcore.analysis.correction.twist_removal import (
 )
 from twistcore.detection import Interval, Kind
 from twistcore.errors import ClipMismatchError, TwistError
-from twistcore.export.interrupted import interrupted_export_sentence
-from twistcore.export.tracking import check_tracking, tracked_motion
 from twistcore.files.document_values import format_value_for_message
 from twistcore.formats.clip import Clip
 from twistcore.formats.reading import read_clip
+from twistcore.quamo.clip_tracking import check_tracking, tracked_motion
 from twistcore.review import Decision, ReviewState, Session, read_session
+from twistcore.review.interrupted_export import interrupted_export_sentence
 from twistcore.skeleton.chain import Chain, uncorrectable_joints
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Motion

@@ -11,10 +11,10 @@ from twistcore.errors import TwistError
 from twistcore.formats.bvh import parse_bvh, read_bvh
 from twistcore.formats.bvh.compose import bvh_text
 from twistcore.formats.clip import LONGEST, SHORTEST, Clip, ClipWarning
-from twistcore.quamo.pose_files import PosesError, read_pose_file
-from twistcore.quamo.pose_layouts import Poses, find_poses
-from twistcore.quamo.rest_pose import smpl_rest_pose_change
-from twistcore.quamo.topology import (
+from twistcore.formats.smpl.pose_files import PosesError, read_pose_file
+from twistcore.formats.smpl.pose_layouts import Poses, find_poses
+from twistcore.formats.smpl.rest_pose import smpl_rest_pose_change
+from twistcore.formats.smpl.skeleton import (
     JOINTS,
     find_network_joints,
     make_smpl_skeleton,

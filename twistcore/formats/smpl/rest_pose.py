@@ -24,7 +24,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from twistcore.errors import TwistError
-from twistcore.quamo.topology import ANKLES, JOINTS, PARENTS, SMPL_NAMES, TOES
+from twistcore.formats.smpl.skeleton import ANKLES, JOINTS, PARENTS, SMPL_NAMES, TOES
 from twistcore.skeleton.rotation import (
     Array,
     conjugate,

@@ -12,7 +12,7 @@ from twistcore.files.document_values import shorten_foreign_message
 from twistcore.quamo.bursts import NoisySpan, noise_burst_cutoff, noisy_spans, smooth_spans
 from twistcore.quamo.spline import check_spline_cutoff
 from twistcore.quamo.track_clip import TrackedMotion, select_writable_joints, smooth_clip
-from twistcore.review.model import Tracking
+from twistcore.quamo.tracking_settings import Tracking
 from twistcore.skeleton.motion import Motion
 
 

@@ -8,14 +8,14 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from twistcore.quamo.pose_files import (
+from twistcore.formats.smpl.pose_files import (
     PosesError,
     describe_pose_file_value,
     printable_pose_file_text,
 )
-from twistcore.quamo.pose_rotations import check_finite, quaternions_from_poses
-from twistcore.quamo.resample import interpolate_poses_at_times
-from twistcore.quamo.topology import JOINTS
+from twistcore.formats.smpl.pose_rotations import check_finite, quaternions_from_poses
+from twistcore.formats.smpl.skeleton import JOINTS
+from twistcore.skeleton.resampling import interpolate_poses_at_times
 from twistcore.skeleton.rotation import Array
 
 Names: TypeAlias = dict[Any, Any]

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from twistcore.detection.cuts import count_leading_rest_frames
 from twistcore.errors import TwistError
-from twistcore.export.smoothing import check_smoothing, smoothed_motion
 from twistcore.files.document_values import shorten_foreign_message
+from twistcore.formats.smpl.skeleton import find_network_joints, metres_per_unit
+from twistcore.quamo.clip_smoothing import check_smoothing, smoothed_motion
 from twistcore.quamo.network import Network, read_network
 from twistcore.quamo.stability import check_stability
 from twistcore.quamo.state_space import Gains
-from twistcore.quamo.topology import find_network_joints, metres_per_unit
 from twistcore.quamo.track_clip import (
     TrackedMotion,
     check_position_trackable,
@@ -27,8 +27,8 @@ from twistcore.quamo.track_clip import (
     track_with_network,
 )
 from twistcore.quamo.tracker import Step
+from twistcore.quamo.tracking_settings import Tracking
 from twistcore.quamo.weights import default_network_path
-from twistcore.review.model import Tracking
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, vector_lengths
 from twistcore.work.frozen import dataclass

@@ -1,4 +1,4 @@
-"""Find the 24 SMPL joints, which the networks and metrics use, in any other skeleton."""
+"""The 24 joints of SMPL, which QuaMo uses, and how to find them in any other skeleton."""
 
 from __future__ import annotations
 
@@ -27,6 +27,27 @@ CMU_NAMES = (
 MIRROR = (0, 2, 1, 3, 5, 4, 6, 8, 7, 9, 11, 10, 12, 14, 13, 15, 17, 16, 19, 18, 21, 20, 23, 22)
 ANKLES, TOES = (7, 8), (10, 11)
 JOINTS = len(CMU_NAMES)
+
+
+def metres_per_unit(skeleton: Skeleton, unit: float | None = None) -> float:
+    """Return the length of one unit of a skeleton in metres: `unit` if given, or CMU's unit.
+
+    Raises TwistError if the unit is not given and cannot be CMU's, because the joint names are
+    different or the height is impossible for a person.
+    """
+    if unit is not None:
+        return unit
+    height = CMU_UNIT * skeleton.height
+    if set(CMU_NAMES) <= set(skeleton.names) and 1.0 < height < 2.5:
+        return CMU_UNIT
+    raise TwistError(
+        "the unit of this skeleton is unknown; set the length of one unit in metres with --unit"
+    )
+
+
+def make_smpl_skeleton(offsets: Array) -> Skeleton:
+    """Return a skeleton of the 24 joints with the given rest offsets, (24, 3)."""
+    return Skeleton(SMPL_NAMES, np.array(PARENTS), np.asarray(offsets, dtype=np.float64))
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,27 +136,6 @@ def _topology(skeleton: Skeleton, names: tuple[str, ...]) -> Topology:
             )
         folded.append(tuple(reversed(between)))
     return Topology(np.array(joints), tuple(folded), skeleton)
-
-
-def metres_per_unit(skeleton: Skeleton, unit: float | None = None) -> float:
-    """Return the length of one unit of a skeleton in metres: `unit` if given, or CMU's unit.
-
-    Raises TwistError if the unit is not given and cannot be CMU's, because the joint names are
-    different or the height is impossible for a person.
-    """
-    if unit is not None:
-        return unit
-    height = CMU_UNIT * skeleton.height
-    if set(CMU_NAMES) <= set(skeleton.names) and 1.0 < height < 2.5:
-        return CMU_UNIT
-    raise TwistError(
-        "the unit of this skeleton is unknown; set the length of one unit in metres with --unit"
-    )
-
-
-def make_smpl_skeleton(offsets: Array) -> Skeleton:
-    """Return a skeleton of the 24 joints with the given rest offsets, (24, 3)."""
-    return Skeleton(SMPL_NAMES, np.array(PARENTS), np.asarray(offsets, dtype=np.float64))
 
 
 def smpl_joint_positions(offsets: Array, q: Array, r: Array) -> Array:
