@@ -25,7 +25,7 @@ from tests.twistcore.amass_files import amass_arrays
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.detection import Kind
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip import Clip, patch_clip
+from twistcore.formats.clip import Clip, create_file_patch_for_motion
 from twistcore.formats.npz import parse_npz
 from twistcore.review import Review
 from twistcore.review.replay import accepted_motion
@@ -53,7 +53,7 @@ def clips(motion: Motion, name: str, degrees: float) -> tuple[Clip, Clip]:
     clean = parse_npz(packed(arrays), name)
     chains = analyse(clean).chains
     errors = draw_errors(clean.motion, draw_targets(chains, rng), rng)
-    wrong = patch_clip(clean, inject(clean.motion, chains, errors)).data
+    wrong = create_file_patch_for_motion(clean, inject(clean.motion, chains, errors)).data
     with np.load(io.BytesIO(wrong)) as found:
         bare = {key: value for key, value in found.items() if key != "J"}
     return parse_npz(wrong, name), parse_npz(packed(bare), name)

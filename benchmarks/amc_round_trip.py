@@ -27,7 +27,7 @@ from twistcore.analysis.correction.twist_removal import (
 )
 from twistcore.detection import Interval
 from twistcore.formats.amc import AmcClip, parse_amc, read_amc
-from twistcore.formats.clip import patch_clip
+from twistcore.formats.clip import create_file_patch_for_motion
 from twistcore.skeleton.rotation import geodesic_angle
 
 FLIPPED, DEGREES = 12, 170.0
@@ -42,7 +42,7 @@ def with_flip(clip: AmcClip) -> AmcClip:
     offset[start : start + FLIPPED] = -np.radians(DEGREES)
     by_name = {limb.name: offset}
     motion = remove_twist(clip.motion, analysis.chains_and_limbs, by_name, by_name)
-    return parse_amc(patch_clip(clip, motion).data, clip.asf, clip.path)
+    return parse_amc(create_file_patch_for_motion(clip, motion).data, clip.asf, clip.path)
 
 
 def words(data: bytes) -> list[tuple[int, str, bytes]]:
@@ -87,7 +87,9 @@ def main() -> int:
             i for i in applied if not joints_lacking_channels(clip.motion, chains[i.chain], [i])
         ]
         refined = refine(clip.motion, found.chains_and_limbs, applied)
-        before, after = (words(data) for data in (clip.data, patch_clip(clip, refined).data))
+        before, after = (
+            words(data) for data in (clip.data, create_file_patch_for_motion(clip, refined).data)
+        )
         same = len(before) == len(after)
         differ = {a[:2] for a, b in zip(before, after, strict=same) if a != b}
         others = differ - turned(clip, able)

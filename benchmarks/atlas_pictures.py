@@ -20,9 +20,9 @@ from matplotlib import pyplot as plt
 from matplotlib.patches import Polygon
 
 from twistcore.detection import Kind
-from twistcore.detection.limb_flips.swivel import swivel_of
+from twistcore.detection.limb_flips.swivel import compute_limb_swivel
 from twistcore.detection.lone_jumps import largest_natural_turn
-from twistcore.detection.straight_limbs.straight_spells import bend_of
+from twistcore.detection.straight_limbs.straight_spells import limb_bend_per_frame
 from twistcore.formats.reading import read_clip
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
@@ -233,7 +233,7 @@ def _curves(
         off = off - off[0]
         turns.plot(frames, sums[0] - sums[0][0] - off, ":", color=WRONG, lw=1.3, label="without")
         turns.plot(frames, sums[1] - sums[1][0] + off, ":", color=RIGHT, lw=1.3)
-    bend = np.degrees(bend_of(q_c, chain.axis, chain.arm, motion.fps).angle)
+    bend = np.degrees(limb_bend_per_frame(q_c, chain.axis, chain.arm, motion.fps).angle)
     if find.kind == Kind.LONE_JUMP:
         _of_a_joint(evidence, motion, find, frames)
         return
@@ -289,7 +289,7 @@ def _of_a_limb(
     turns: Any, evidence: Any, motion: Motion, limb: Limb, offset: Array, frames: Any
 ) -> None:
     """Plot a limb's swivel with and without the interval's offset, its bend, and E's motion."""
-    swivel = swivel_of(motion, limb)
+    swivel = compute_limb_swivel(motion, limb)
     angle = np.degrees(swivel.angle)
     turns.plot(frames, angle[frames], ".-", ms=3, color=WRONG, lw=1.2, label="swivel °")
     after = np.degrees(wrap(np.radians(angle - offset)))[frames]

@@ -25,10 +25,13 @@ from benchmarks.noise_bursts import RATES, at_rate, with_noise
 from twistcore.detection.cuts import count_leading_rest_frames
 from twistcore.errors import TwistError
 from twistcore.formats.reading import read_clip
-from twistcore.quamo.bursts import noisy_spans, smooth_spans
+from twistcore.quamo.bursts import noise_burst_spans_to_smooth, smooth_noise_burst_spans
 from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import Array, normalise
-from twistcore.study.quamo.rivals import butterworth_zero_phase, filter_quaternion_components
+from twistcore.study.quamo.rivals import (
+    quaternion_filter_from_array_filter,
+    zero_phase_butterworth_filter,
+)
 
 WAYS = ("input", "Butterworth", "smoothed bursts")
 HEIGHT_MM, CUTOFF = 1750.0, 3.5
@@ -46,7 +49,7 @@ def distances(made: Motion, truth: Motion, inside: Array) -> tuple[float, float]
 
 def filtered(motion: Motion) -> Motion:
     """Return the motion with all rotations filtered forward and backward."""
-    run = filter_quaternion_components(butterworth_zero_phase)
+    run = quaternion_filter_from_array_filter(zero_phase_butterworth_filter)
     q = run(motion.rotations, motion.frame_time, (2.0, CUTOFF))
     return motion.with_rotations(normalise(q))
 
@@ -62,8 +65,8 @@ def measured(motion: Motion, rng: np.random.Generator) -> tuple[Array, int] | No
     noisy, frames = made
     inside = np.zeros(motion.frames, dtype=bool)
     inside[frames] = True
-    spans = noisy_spans(noisy)
-    smooth = smooth_spans(noisy, spans)
+    spans = noise_burst_spans_to_smooth(noisy)
+    smooth = smooth_noise_burst_spans(noisy, spans)
     treated = np.zeros(motion.rotations.shape[:2], dtype=bool)
     for span in spans:
         treated[span.start : span.stop, span.joint] = True

@@ -33,11 +33,11 @@ from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import wrap
 from twistcore.synthesis import (
     InjectedError,
-    apply_protocol_options,
     clip_random_generator,
     draw_errors,
     inject,
     parse_protocol,
+    prepare_clean_motion_for_injection,
 )
 
 PROTOCOLS = (
@@ -139,7 +139,7 @@ def collect(paths: Sequence[Path], seed: int) -> Sample:
         chains = find_chains(captured)
         for n, name in enumerate(PROTOCOLS):
             protocol = parse_protocol(name)
-            motion: Motion = apply_protocol_options(captured, chains, protocol)
+            motion: Motion = prepare_clean_motion_for_injection(captured, chains, protocol)
             sample.add(candidates(detector.analyse(motion, chains), chains), (), clean=True)
             for k, chain in enumerate(chains):
                 limb = [c for c in chains if c.side == chain.side and _arm(c) == _arm(chain)]

@@ -27,7 +27,7 @@ from typing import IO
 from tests.gui.looks import LOOKS
 from tests.gui.real_screen import RealScreen, WatchedProgram, real_screen, watched
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip import patch_clip
+from twistcore.formats.clip import create_file_patch_for_motion
 from twistcore.formats.clip_files import BVH, clip_paths_in_folder
 from twistcore.skeleton.chain import find_chains
 from twistcore.synthesis import clip_random_generator, draw_errors, inject
@@ -46,7 +46,7 @@ def with_errors(source: Path, target: Path) -> None:
     rng = clip_random_generator(7, source.name)
     chosen = [chains[k] for k in rng.permutation(len(chains))[:_CHAINS]]
     dirty = inject(clip.motion, chains, draw_errors(clip.motion, chosen, rng))
-    target.write_bytes(patch_clip(clip, dirty).data)
+    target.write_bytes(create_file_patch_for_motion(clip, dirty).data)
 
 
 @dataclass

@@ -41,7 +41,7 @@ from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
 from tests.gui.waiting import wait
 from twistcore.analysis.decomposition import WhatIf
-from twistcore.detection.interval_offsets import resized
+from twistcore.detection.interval_offsets import resized_interval
 from twistcore.formats.clip_files import BVH, clip_paths_in_folder
 
 MOST = 1.05  # largest allowed memory as a multiple of the memory at minute ten
@@ -135,7 +135,9 @@ class Sitting:
             for more in range(1, 6):
                 interval = judged.interval
                 document.edit(
-                    judged.id, resized(interval, interval.start, interval.stop + more), drag
+                    judged.id,
+                    resized_interval(interval, interval.start, interval.stop + more),
+                    drag,
                 )
                 wait(2)
         document.select_interval(None)

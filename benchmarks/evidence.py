@@ -32,18 +32,18 @@ from twistcore.detection.evidence import (
     Terms,
     measure_evidence,
 )
-from twistcore.detection.evidence.judgement import WEIGHTS, unweighted_terms
+from twistcore.detection.evidence.judgement import WEIGHTS, unweighted_evidence_scores
 from twistcore.detection.straight_limbs import STRAIGHT
 from twistcore.errors import TwistError
 from twistcore.formats.reading import read_clip
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.motion import Motion
 from twistcore.synthesis import (
-    apply_protocol_options,
     clip_random_generator,
     draw_errors,
     inject,
     parse_protocol,
+    prepare_clean_motion_for_injection,
 )
 from twistcore.tuning.learned_confidence import Bin, expected_calibration_error
 
@@ -100,7 +100,7 @@ class Judged:
 
 def parts_of(terms: Terms) -> np.ndarray:
     """Return the terms of a score before weighting, in the order of the weights."""
-    own = unweighted_terms(terms)
+    own = unweighted_evidence_scores(terms)
     return np.array([own[name] for name in WEIGHTS])
 
 
@@ -143,7 +143,7 @@ def injected(motion: Motion, protocol: str, seed: int, name: str) -> Iterator[np
     """
     rules = parse_protocol(protocol)
     chains = find_chains(motion)
-    motion = apply_protocol_options(motion, chains, rules)
+    motion = prepare_clean_motion_for_injection(motion, chains, rules)
     for k, segments in enumerate((("Arm", "UpLeg"), ("ForeArm", "Leg"))):
         targets = [c for c in chains if c.segment in segments]
         errors = draw_errors(motion, targets, clip_random_generator(seed, name, k), rules)

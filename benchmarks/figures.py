@@ -29,7 +29,7 @@ from twistcore.formats.clip_files import BVH, clip_paths_in_folder
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import geodesic_angle
-from twistcore.synthesis.protocol import chain_twist_increments
+from twistcore.synthesis.protocol import parent_and_child_twist_increments
 
 BEFORE, AFTER, SOFT = "#a65300", "#1668b3", "#556170"
 SEGMENTS = ("Shoulder", "Arm", "ForeArm", "UpLeg", "Leg")
@@ -138,7 +138,7 @@ def alarm_figure(folders: list[Path], path: Path) -> int:
         panel.set_visible(False)
     for panel, (clip, motion, chains, interval, first) in zip(panels.flat, found, strict=False):
         chain = next(c for c in chains if c.name == interval.chain)
-        x, y = chain_twist_increments(motion, chain)
+        x, y = parent_and_child_twist_increments(motion, chain)
         low, high = max(0, interval.start - 25), min(motion.frames, interval.stop + 25)
         at = np.arange(low, high)
         panel.axvspan(interval.start - 0.5 + first, interval.stop - 0.5 + first, color="#dddddd")

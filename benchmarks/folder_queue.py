@@ -25,7 +25,7 @@ from inspector.session.settings import Settings
 from twistcore.analysis.clip_severity import severity_of_intervals
 from twistcore.detection import Interval
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip import patch_clip
+from twistcore.formats.clip import create_file_patch_for_motion
 from twistcore.formats.clip_files import BVH, clip_paths_in_folder
 from twistcore.skeleton.chain import find_chains
 from twistcore.synthesis import clip_random_generator, draw_errors, inject
@@ -41,7 +41,7 @@ def with_errors(source: Path, target: Path, chains_hit: int) -> float:
     chosen = [chains[k] for k in rng.permutation(len(chains))[:chains_hit]]
     errors = draw_errors(clip.motion, chosen, rng)
     dirty = inject(clip.motion, chains, errors)
-    target.write_bytes(patch_clip(clip, dirty).data)
+    target.write_bytes(create_file_patch_for_motion(clip, dirty).data)
     by_name = {c.name: c for c in chains}
     found = [(Interval(e.chain, e.start, e.stop, e.offset), by_name[e.chain]) for e in errors]
     return severity_of_intervals(found, clip.motion.frames, clip.motion.fps)

@@ -38,7 +38,7 @@ from inspector.app import exclude_from_collection, make_application
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
 from tests.gui.waiting import wait
-from twistcore.detection.interval_offsets import resized
+from twistcore.detection.interval_offsets import resized_interval
 from twistcore.formats.bvh import write_motion
 from twistcore.review import Decision
 from twistcore.skeleton.chain import find_chains
@@ -180,7 +180,7 @@ def measure(app: QApplication, window: MainWindow, path: Path, steps: int = _STE
     step("zoom to the interval", window.timeline.visible.zoom_to_interval)
     drag, old = document.begin_drag(), judged.interval
     for k in range(steps):
-        new = resized(old, old.start, old.stop + 1 + k % 30)
+        new = resized_interval(old, old.start, old.stop + 1 + k % 30)
         step("a border dragged", lambda to=new: document.edit(judged.id, to, drag))
     step("zoom to all", window.timeline.visible.show_all)
     drag = document.begin_drag()

@@ -26,8 +26,8 @@ from benchmarks.simulated_reviewer import DECOY, NATURAL, Reviewed, reviewed_fol
 from twistcore.formats.clip_files import BVH, clip_paths_in_folder
 from twistcore.tuning.learned_confidence import (
     ConfidenceVerdicts,
-    fit_confidence,
-    reliability,
+    confidence_reliability_by_bin,
+    fit_confidence_to_verdicts,
     verdicts_with_confidence,
 )
 
@@ -68,7 +68,7 @@ def report(title: str, fit: Sequence[Reviewed], test: Sequence[Reviewed]) -> Non
         rows = []
         for seed in range(DRAWS):
             rng = np.random.default_rng(seed)
-            found = fit_confidence(
+            found = fit_confidence_to_verdicts(
                 verdicts_with_confidence(sampled(fit, kinds, rng, VERDICTS, mistaken))
             )
             whole = verdicts_with_confidence(sampled(test, kinds, rng, None, mistaken))
@@ -76,9 +76,9 @@ def report(title: str, fit: Sequence[Reviewed], test: Sequence[Reviewed]) -> Non
             for judged in (whole, *(drawn_clips(whole, rng) for _ in range(5))):
                 told = found.of(judged.confidence)
                 errors = (
-                    reliability(judged.confidence, judged.accepted).error,
-                    reliability(told, judged.accepted).error,
-                    reliability(told, rng.random(len(told)) < told).error,
+                    confidence_reliability_by_bin(judged.confidence, judged.accepted).error,
+                    confidence_reliability_by_bin(told, judged.accepted).error,
+                    confidence_reliability_by_bin(told, rng.random(len(told)) < told).error,
                 )
                 rows.append((*errors, judged is whole))
         table = np.array(rows)

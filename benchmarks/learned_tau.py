@@ -34,7 +34,7 @@ from twistcore.skeleton.rotation import Array
 from twistcore.study.benchmark.clip_scene import make_clean_scene
 from twistcore.study.benchmark.passes import run_benchmark_passes, run_on_clean_motion
 from twistcore.study.benchmark.tally import Tally
-from twistcore.synthesis import apply_protocol_options, parse_protocol
+from twistcore.synthesis import parse_protocol, prepare_clean_motion_for_injection
 from twistcore.tuning import TauCurve, prepare_clip_tuning
 from twistcore.tuning.common_tau import common_tau
 from twistcore.tuning.injected_curve import PROTOCOLS
@@ -47,7 +47,9 @@ VERDICTS = 200
 def captured(path: Path, harder: str) -> Motion:
     """Return the motion of a clip, made harder for the detector by the protocol `harder`."""
     motion = read_bvh(path).motion
-    return apply_protocol_options(motion, analyse(motion).chains, parse_protocol(harder))
+    return prepare_clean_motion_for_injection(
+        motion, analyse(motion).chains, parse_protocol(harder)
+    )
 
 
 def suggest(path: Path, harder: str) -> dict[str, TauCurve]:

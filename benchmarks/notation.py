@@ -39,7 +39,7 @@ from twistcore.detection.cuts import count_leading_rest_frames
 from twistcore.formats.bvh import parse_bvh, read_bvh
 from twistcore.formats.bvh.clip import BvhClip
 from twistcore.formats.bvh.reader import bvh_timing_number_spans
-from twistcore.formats.clip import patch_clip
+from twistcore.formats.clip import create_file_patch_for_motion
 from twistcore.formats.clip_files import BVH, clip_paths_in_folder
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.rotation import Array, wrap
@@ -137,7 +137,7 @@ def sound(clip: BvhClip) -> BvhClip:
         if not (applied := automatic_corrections(found)):
             break
         without = refine(clip.motion, found.chains_and_limbs, applied)
-        clip = parse_bvh(patch_clip(clip, without).data, clip.path)
+        clip = parse_bvh(create_file_patch_for_motion(clip, without).data, clip.path)
     return clip
 
 
@@ -161,7 +161,9 @@ def drawn(clip: BvhClip, seed: int, words: str) -> tuple[list, tuple[InjectedErr
 
 def with_errors(clip: BvhClip, chains: Sequence, errors: Sequence[InjectedError]) -> BvhClip:
     """Return the clip with errors, written to a file and read back."""
-    return parse_bvh(patch_clip(clip, inject(clip.motion, chains, errors)).data, clip.path)
+    return parse_bvh(
+        create_file_patch_for_motion(clip, inject(clip.motion, chains, errors)).data, clip.path
+    )
 
 
 def by_chain(found: Sequence[Interval], frames: int) -> dict[str, Array]:

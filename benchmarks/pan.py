@@ -24,7 +24,7 @@ from inspector.session.opening import analyse_clip
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
 from tests.gui.waiting import wait
-from twistcore.detection.interval_offsets import constant_interval
+from twistcore.detection.interval_offsets import new_constant_offset_interval
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Redetect
 
@@ -52,7 +52,8 @@ def _measure(window: MainWindow) -> None:
     for count in (1_000, 10_000):
         step = FRAMES // count
         found = tuple(
-            constant_interval(CHAIN, k, k + step // 2, 0.3) for k in range(1, FRAMES - step, step)
+            new_constant_offset_interval(CHAIN, k, k + step // 2, 0.3)
+            for k in range(1, FRAMES - step, step)
         )
         document.do(Redetect({CHAIN: 0.1}, found))
         wait(500)

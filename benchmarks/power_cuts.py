@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tests.twistcore.reviews import CLIP, fresh
-from twistcore.detection.interval_offsets import resized
+from twistcore.detection.interval_offsets import resized_interval
 from twistcore.errors import FormatError, TwistError
 from twistcore.review import (
     Annotate,
@@ -70,7 +70,7 @@ def made_journal(folder: Path, seed: int) -> MadeJournal:
                     journal.do(note)
                 case "edit":
                     stop = min(judged.interval.stop + 1, CLIP.motion.frames)
-                    moved = resized(judged.interval, judged.interval.start, stop)
+                    moved = resized_interval(judged.interval, judged.interval.start, stop)
                     review.do(edit := Edit(judged.id, moved))
                     journal.do(edit)
                 case _:

@@ -34,12 +34,12 @@ from twistcore.skeleton.rotation import geodesic_angle
 from twistcore.synthesis import (
     SUCCESS,
     InjectedError,
-    apply_protocol_options,
     clip_random_generator,
     draw_errors,
     draw_targets,
     inject,
     parse_protocol,
+    prepare_clean_motion_for_injection,
 )
 
 SIZES = (0.0, 15.0, 45.0, 90.0, 181.0)  # edges of the classes of error size, in degrees
@@ -144,7 +144,7 @@ def main() -> None:
         motion = motion.sliced(count_leading_rest_frames(motion), motion.frames)
         chains = [c for c in find_chains(motion) if not uncorrectable_joints(motion, c)]
         by_name = {c.name: c for c in chains}
-        clean = apply_protocol_options(motion, chains, protocol)
+        clean = prepare_clean_motion_for_injection(motion, chains, protocol)
         joints = np.arange(len(clean.skeleton))
         clean_tracked = track(clean, joints).motion
         for seed in range(arguments.seeds):

@@ -27,12 +27,12 @@ from twistcore.quamo.network import Network, read_network
 from twistcore.quamo.resample import interpolate_poses_at_times, network_sample_times
 from twistcore.quamo.state_space import NETWORK_DT
 from twistcore.quamo.tracker import Controller
-from twistcore.quamo.weights import WEIGHTS, network_weights_name
+from twistcore.quamo.weights import WEIGHTS, gain_network_file_name
 from twistcore.skeleton.rotation import Array
 from twistcore.study.quamo.methods import SPLINE, baseline_methods
 from twistcore.study.quamo.noise import LEVELS, Noise, add_pose_noise
 from twistcore.study.quamo.pose_errors import METRICS, pose_metrics
-from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_sequence_folder
+from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_cmu_bvh_sequence_folder
 from twistcore.study.quamo.tables import CONDITIONS, Method, score_methods
 from twistcore.synthesis import clip_random_generator
 
@@ -64,7 +64,7 @@ def learned(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Controller, s
 
 @cache
 def _network(subject: str) -> Network:
-    return read_network(WEIGHTS / network_weights_name("full", subject))
+    return read_network(WEIGHTS / gain_network_file_name("full", subject))
 
 
 def method(way: str, started: Started) -> Method:
@@ -159,7 +159,7 @@ def main() -> None:
     parser.add_argument("--by-clip", action="store_true")
     parser.add_argument("--native", type=int, metavar="N")
     arguments = parser.parse_args()
-    clips = [c for c in read_sequence_folder(arguments.folder)[0] if c.subject in HELD_OUT]
+    clips = [c for c in read_cmu_bvh_sequence_folder(arguments.folder)[0] if c.subject in HELD_OUT]
     if not clips:
         parser.error(f"no clip of CMU's subjects {', '.join(HELD_OUT)} in {arguments.folder}")
     if arguments.by_clip:
@@ -171,7 +171,7 @@ def main() -> None:
             print("\n".join(by_clip(clips, run)))
         return
     rows = {f"hand, {way}": method(way, by_hand) for way in WAYS}
-    if all((WEIGHTS / network_weights_name("full", c.subject)).exists() for c in clips):
+    if all((WEIGHTS / gain_network_file_name("full", c.subject)).exists() for c in clips):
         rows |= {f"learned, {way}": method(way, learned) for way in WAYS}
     heads = " | ".join(SHOWN)
     print(f"{len(clips)} clips, {sum(len(c.q) for c in clips)} frames at 25 Hz\n")

@@ -30,7 +30,7 @@ from twistcore.skeleton.rotation import Array
 from twistcore.study.quamo.methods import hand_tuned_method
 from twistcore.study.quamo.noise import Noise
 from twistcore.study.quamo.pose_errors import METRICS, pose_metrics
-from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_sequence_folder
+from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_cmu_bvh_sequence_folder
 from twistcore.study.quamo.tables import (
     CONDITIONS,
     Method,
@@ -182,7 +182,7 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seeds", type=int, default=3)
     arguments = parser.parse_args()
-    clips, _ = read_sequence_folder(arguments.folder)
+    clips, _ = read_cmu_bvh_sequence_folder(arguments.folder)
     apart = [c for c in CONDITIONS if not c.systematic]
     smooth = measured(clips, smoothness_rows, apart, arguments.seeds)
     for condition in apart:

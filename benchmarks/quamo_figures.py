@@ -22,9 +22,13 @@ from twistcore.quamo.state_space import NETWORK_DT
 from twistcore.skeleton.rotation import Array
 from twistcore.study.quamo.methods import SPLINE, hand_tuned_method
 from twistcore.study.quamo.noise import LEVELS, Noise
-from twistcore.study.quamo.pose_errors import pose_metrics, root_aligned, second_difference
+from twistcore.study.quamo.pose_errors import (
+    pose_metrics,
+    positions_relative_to_root,
+    second_difference,
+)
 from twistcore.study.quamo.rivals import RIVALS
-from twistcore.study.quamo.sequences import Sequence24, read_sequence
+from twistcore.study.quamo.sequences import Sequence24, read_cmu_bvh_sequence
 from twistcore.study.quamo.tables import noisy_clip
 
 ASSETS = Path(__file__).resolve().parent.parent / "assets"
@@ -60,7 +64,7 @@ class Made:
     """
 
     def __init__(self, name: str) -> None:
-        self.clip: Sequence24 = read_sequence(ASSETS / f"{name}.bvh")
+        self.clip: Sequence24 = read_cmu_bvh_sequence(ASSETS / f"{name}.bvh")
         q_hat, r_hat = noisy_clip(self.clip, Noise(LEVELS["A"]), SEED)
         of_file = next(rival for rival in RIVALS if rival.name == SPLINE)
         self.truth = self.clip.places_mm(self.clip.q, self.clip.r)
@@ -103,10 +107,10 @@ def the_same_second(made: Made, start: int, folder: Path) -> None:
     fig, axes = plt.subplots(
         3, 2, figsize=(10.0, 6.6), width_ratios=(1.9, 1.0), layout="constrained", sharex="col"
     )
-    there = seen(root_aligned(made.truth)[at], TURNED) + spread(26, 150.0)
+    there = seen(positions_relative_to_root(made.truth)[at], TURNED) + spread(26, 150.0)
     t = 40.0 * np.arange(26)
     for (skins, curve), (name, places) in zip(axes, made.shown.items(), strict=True):
-        here = seen(root_aligned(places)[at], TURNED) + spread(26, 150.0)
+        here = seen(positions_relative_to_root(places)[at], TURNED) + spread(26, 150.0)
         for f in range(0, 26, 5):
             skins.add_collection(LineCollection(bones(there[f]), colors=TRUTH, lw=1.0, alpha=0.6))
             skins.add_collection(LineCollection(bones(here[f]), colors=COLOURS[name], lw=2.0))
@@ -120,7 +124,9 @@ def the_same_second(made: Made, start: int, folder: Path) -> None:
         skins.set_aspect("equal")
         skins.set_axis_off()
         for what, colour, width in ((made.truth, TRUTH, 1.2), (places, COLOURS[name], 1.8)):
-            size = np.linalg.norm(second_difference(root_aligned(what)), axis=-1).mean(axis=1)
+            size = np.linalg.norm(
+                second_difference(positions_relative_to_root(what)), axis=-1
+            ).mean(axis=1)
             curve.plot(t, size[start - 1 : start + 25], color=colour, lw=width)
         curve.set_xlim(0.0, 1000.0)
         curve.set_ylim(0.0, 50.0)
@@ -134,9 +140,9 @@ def trails(made: Made, folder: Path) -> None:
     """Draw poses, and the paths of limbs and head coloured by the error of their acceleration."""
     fig, axes = plt.subplots(3, 1, figsize=(10.0, 7.4), layout="constrained", sharex=True)
     mapped = mpl.cm.ScalarMappable(mpl.colors.Normalize(0.0, LARGEST), "plasma_r")
-    truth = second_difference(root_aligned(made.truth))
+    truth = second_difference(positions_relative_to_root(made.truth))
     for ax, (name, places) in zip(axes, made.shown.items(), strict=True):
-        here = root_aligned(places)
+        here = positions_relative_to_root(places)
         off = np.linalg.norm(second_difference(here) - truth, axis=-1)
         flat = seen(here, TURNED) + spread(len(here), 90.0)
         for f in range(1, len(flat), GHOST_EVERY):

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from twistcore.analysis.quality.figure import foot_contact_mask, root_aligned
+from twistcore.analysis.quality.figure import foot_contact_mask, positions_relative_to_root
 from twistcore.formats.smpl.skeleton import ANKLES, TOES
 from twistcore.quamo.state_space import NETWORK_DT
 from twistcore.skeleton.rotation import Array, conjugate, exponential, logarithm, multiply
@@ -63,7 +63,7 @@ def own_path(places: Array) -> Array:
 
     `places` are positions of shape (frames, 24, 3).
     """
-    return np.concatenate([places[:, :1], root_aligned(places)[:, 1:]], axis=1)
+    return np.concatenate([places[:, :1], positions_relative_to_root(places)[:, 1:]], axis=1)
 
 
 def neighbours(x: Array, ahead: int) -> Array:

@@ -20,12 +20,12 @@ import numpy as np
 from twistcore.errors import TwistError
 from twistcore.formats.smpl.skeleton import make_smpl_skeleton
 from twistcore.quamo import HandGains, Stepper, Tracker
-from twistcore.quamo.network import Network, read_network, untrained_network
-from twistcore.quamo.weights import FINAL, WEIGHTS, network_weights_name
+from twistcore.quamo.network import Network, initial_gain_network_for_training, read_network
+from twistcore.quamo.weights import FINAL, WEIGHTS, gain_network_file_name
 from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.study.quamo.noise import LEVELS, Noise, add_pose_noise
-from twistcore.study.quamo.sequences import read_sequence
-from twistcore.study.quamo.torch_model import import_torch, make_step, track_windows
+from twistcore.study.quamo.sequences import read_cmu_bvh_sequence
+from twistcore.study.quamo.torch_model import import_torch, make_torch_tracking_step, track_windows
 
 SAMPLE = Path(__file__).resolve().parent.parent / "assets" / "dance.bvh"
 BLOCK = 50
@@ -36,15 +36,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--frames", type=int, default=1000)
     parser.add_argument(
-        "--weights", type=Path, default=WEIGHTS / network_weights_name("full", FINAL)
+        "--weights", type=Path, default=WEIGHTS / gain_network_file_name("full", FINAL)
     )
     arguments = parser.parse_args()
-    sequence = read_sequence(SAMPLE)
+    sequence = read_cmu_bvh_sequence(SAMPLE)
     skeleton = make_smpl_skeleton(sequence.offsets)
     q, r = add_pose_noise(sequence.q, sequence.r, Noise(LEVELS["A"]), np.random.default_rng(0))
     at = np.arange(arguments.frames) % len(q)
     q, r = q[at], r[at]
-    widths = {512: untrained_network(512, 64, np.random.default_rng(0), "full")}
+    widths = {512: initial_gain_network_for_training(512, 64, np.random.default_rng(0), "full")}
     if arguments.weights.exists():
         shipped = read_network(arguments.weights)
         widths = {shipped.width: shipped} | widths
@@ -99,7 +99,7 @@ def compare_torch(network: Network, q: np.ndarray, r: np.ndarray) -> None:
         return
     torch.set_num_threads(1)
     weights = {k: torch.tensor(v) for k, v in network.weights.items()}
-    step = make_step(torch, network.variant)
+    step = make_torch_tracking_step(torch, network.variant)
     ours, theirs = [], []
     for start in range(0, len(q) - 99, 100):
         part = slice(start, start + 100)

@@ -28,7 +28,7 @@ from twistcore.skeleton.rotation import Array
 from twistcore.study.quamo.noise import LEVELS
 from twistcore.study.quamo.pose_errors import second_difference
 from twistcore.study.quamo.rivals import RIVALS, Rival, Setting
-from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_sequence_folder
+from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_cmu_bvh_sequence_folder
 from twistcore.study.quamo.tables import CONDITIONS, markdown_table, noisy_clip
 
 FIRST_SEED = 300  # not used by any table or training
@@ -161,7 +161,7 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seeds", type=int, default=8)
     arguments = parser.parse_args()
-    trials = Trials(read_sequence_folder(arguments.folder)[0], arguments.seeds)
+    trials = Trials(read_cmu_bvh_sequence_folder(arguments.folder)[0], arguments.seeds)
     rows: list[tuple[str, ...]] = []
 
     def add(name: str, turning: object, moving: object, ratios: Array) -> None:

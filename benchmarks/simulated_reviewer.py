@@ -24,11 +24,11 @@ from twistcore.review import Decision, Judged, start_review
 from twistcore.skeleton.chain import uncorrectable_joints
 from twistcore.synthesis import (
     InjectedError,
-    apply_protocol_options,
     clip_random_generator,
     draw_errors,
     inject,
     parse_protocol,
+    prepare_clean_motion_for_injection,
 )
 from twistcore.tuning.verdicts_of import JudgedClip, Verdict, judged_clip_from_review
 
@@ -79,7 +79,7 @@ def reviewed(path: Path, seed: int, harder: str = "") -> Reviewed:
     chains = analyse(motion).chains
     rng = clip_random_generator(seed, path.name, 17)
     drawn = HARDER[int(rng.integers(len(HARDER)))]
-    motion = apply_protocol_options(motion, chains, parse_protocol(harder or drawn))
+    motion = prepare_clean_motion_for_injection(motion, chains, parse_protocol(harder or drawn))
     chains = analyse(motion).chains
     free = [c for c in chains if not uncorrectable_joints(motion, c)]
     order = rng.permutation(len(free))

@@ -24,17 +24,20 @@ from matplotlib import pyplot as plt
 from benchmarks.straight_figure import with_titles
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import automatic_corrections
-from twistcore.detection.soft_errors.departures import span_grids
-from twistcore.detection.soft_errors.natural_scale import natural_scales, unlikely_increments
+from twistcore.detection.soft_errors.departures import overlapping_frame_spans_by_length
+from twistcore.detection.soft_errors.natural_scale import (
+    natural_twist_departure_scales,
+    unnaturally_large_twist_increments,
+)
 from twistcore.formats.bvh import read_bvh
 from twistcore.synthesis import (
-    apply_protocol_options,
     clip_random_generator,
     draw_errors,
     inject,
     parse_protocol,
+    prepare_clean_motion_for_injection,
 )
-from twistcore.synthesis.protocol import chain_twist_increments
+from twistcore.synthesis.protocol import parent_and_child_twist_increments
 
 BEFORE, AFTER, SOFT = "#a65300", "#1668b3", "#556170"
 SPAN = 32  # length in frames of the drawn departures
@@ -45,7 +48,7 @@ def draw(clip: Path, name: str, seed: int, output: Path) -> None:
     motion = read_bvh(clip).motion
     motion = motion.sliced(1, motion.frames)
     protocol = replace(parse_protocol("H12+F10"), delta=(10.0, 40.0))
-    clean = apply_protocol_options(motion, analyse(motion).chains, protocol)
+    clean = prepare_clean_motion_for_injection(motion, analyse(motion).chains, protocol)
     chains = analyse(clean).chains
     chain = next(c for c in chains if c.name == name)
     errors = draw_errors(clean, [chain], clip_random_generator(seed, clip.name), protocol)
@@ -56,9 +59,11 @@ def draw(clip: Path, name: str, seed: int, output: Path) -> None:
     for i in automatic_corrections(analyse(erring).detect(kinds="counter-twist")):
         if i.chain == name:
             found[i.start : i.stop] += i.offset
-    x, y = (v[None] for v in chain_twist_increments(erring, chain))
-    bad = unlikely_increments(x, y, erring.fps)
-    natural = natural_scales(x, y, erring.fps, span_grids(erring.fps, erring.frames), bad)
+    x, y = (v[None] for v in parent_and_child_twist_increments(erring, chain))
+    bad = unnaturally_large_twist_increments(x, y, erring.fps)
+    natural = natural_twist_departure_scales(
+        x, y, erring.fps, overlapping_frame_spans_by_length(erring.fps, erring.frames), bad
+    )
     n = min(natural, key=lambda n: abs(n.span.length - SPAN))
     u, total = n.rest(*(n.span.departures(np.cumsum(v, axis=1)) for v in (x, y)))
     spread, middle = n.spread(total)[1, 0], n.span.reach + n.span.length // 2

@@ -22,10 +22,10 @@ from matplotlib import pyplot as plt
 
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import automatic_corrections, refine, remove_twist
-from twistcore.detection.straight_limbs.straight_spells import BENT, bend_of
+from twistcore.detection.straight_limbs.straight_spells import BENT, limb_bend_per_frame
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.twist_increments import twist_increments
-from twistcore.synthesis.offset_shape import aligned_bone_spans
+from twistcore.synthesis.offset_shape import spans_with_straight_chain
 
 BEFORE, AFTER, SOFT = "#a65300", "#1668b3", "#556170"
 DELTA, ONSET = np.radians(35.0), 0.1  # radians; seconds
@@ -39,7 +39,7 @@ def curves(motion, chain):
     """
     q_p, q_c = motion.rotations[:, chain.parent], motion.rotations[:, chain.child]
     x, y = twist_increments(q_p, q_c, chain.axis)
-    bend = bend_of(q_c, chain.axis, chain.arm, motion.fps)
+    bend = limb_bend_per_frame(q_c, chain.axis, chain.arm, motion.fps)
     return *(np.degrees(np.cumsum(v)) for v in (x, y)), np.degrees(bend.azimuth), bend.angle
 
 
@@ -50,7 +50,7 @@ def draw(clip: Path, name: str, output: Path) -> None:
     chain = next(c for c in analyse(motion).chains if c.name == name)
     offset = np.zeros(motion.frames)
     ramp = round(ONSET * motion.fps)
-    for start, stop in aligned_bone_spans(motion, chain):
+    for start, stop in spans_with_straight_chain(motion, chain):
         if start > 0 and stop < motion.frames and stop - start > ramp:
             level = [start - 1, start + ramp // 2, stop - 1 - ramp // 2, stop]
             own = np.interp(np.arange(start, stop), level, [0, 1, 1, 0])

@@ -38,7 +38,7 @@ from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
 from tests.gui.waiting import wait
 from twistcore.formats.bvh import parse_bvh, read_bvh
-from twistcore.formats.clip import Clip, patch_clip
+from twistcore.formats.clip import Clip, create_file_patch_for_motion
 from twistcore.skeleton.chain import find_chains
 from twistcore.synthesis import InjectedError, inject
 
@@ -67,7 +67,7 @@ def tiled(clip: Clip, frames: int, folder: Path) -> Clip:
             offset = np.full(stop - start, rng.choice([-size, size]))
             errors.append(InjectedError(CHAIN, start, stop, offset))
         twisted = inject(motion, chains, errors)
-        data = patch_clip(clip, twisted).data
+        data = create_file_patch_for_motion(clip, twisted).data
         rounds.append(parse_bvh(data, clip.path).values)
     return replace(clip, path=folder / clip.path.name, values=np.concatenate(rounds)[:frames])
 

@@ -25,8 +25,8 @@ from twistcore.detection import Kind
 from twistcore.formats.reading import read_clip
 from twistcore.review import Decide, Decision, Review
 from twistcore.tuning import GRID, prepare_clip_tuning
-from twistcore.tuning.listed_intervals import count_listed_intervals
-from twistcore.tuning.verdicts_of import verdicts_in
+from twistcore.tuning.listed_intervals import count_counter_twists_at_tau
+from twistcore.tuning.verdicts_of import counter_twist_verdicts_of_review
 
 SURE_ENOUGH = 0.5  # the default confidence of automatic corrections according to docs/guide.md
 PLACES = (0, 3, 10, 18, 26, 34)  # indices in the grid of τ, from 0.1° to about 20°
@@ -81,7 +81,7 @@ def differences(path: Path, places: Sequence[int] = PLACES) -> tuple[int, int, l
             decision = Decision.ACCEPTED if error else Decision.REJECTED
             review.do(Decide((one.id,), decision, "a reviewer", "2026-01-01T00:00:00"))
             judged.append((one.interval.chain, one.interval.start, one.interval.stop, error))
-    verdicts = verdicts_in(review.state)
+    verdicts = counter_twist_verdicts_of_review(review.state)
     measured = prepare_clip_tuning(clip.motion, clip.name, seeds=(), verdicts=verdicts)
     curves = {name: measured.curve(name).counts for name in measured.names}
     detector, compared, alarms, said = analysis.detector(), 0, 0, []
@@ -90,7 +90,7 @@ def differences(path: Path, places: Sequence[int] = PLACES) -> tuple[int, int, l
         rows = listed_by_command(path, float(np.degrees(tau)))
         for name in measured.names:
             expected = recounted(rows, judged, name)
-            now = count_listed_intervals(detector, name, tau, verdicts, measured.left_out)
+            now = count_counter_twists_at_tau(detector, name, tau, verdicts, measured.left_out)
             shown = tuple(map(int, vars(now).values()))  # for any τ, not only the grid's
             counts = curves[name]
             drawn = tuple(int(np.asarray(c)[place]) for c in vars(counts).values())

@@ -23,7 +23,7 @@ from inspector.viewport.occlusion import occluders
 from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import Chain, find_chains
-from twistcore.skeleton.figure import figure_size, guess_up, heading
+from twistcore.skeleton.figure import figure_facing_direction, figure_size, guess_up
 from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import Array, rotate
 from twistcore.synthesis import clip_random_generator, draw_errors
@@ -95,7 +95,7 @@ def ratios(motion: Motion, name: str, intervals: int, views: Array) -> list[floa
         dirty = remove_twist(motion, chains, {chain.name: offset}).sliced(frame, frame + 1)
         turned, places = forward_kinematics(dirty)
         after = rotations[frame], positions[frame]
-        facing = heading(positions[frame], chains, up)
+        facing = figure_facing_direction(positions[frame], chains, up)
         side = best_limb_error_view(
             chain, bones, (turned[0], places[0]), after, facing, up,
             skeleton=motion.skeleton, height=height,

@@ -15,7 +15,7 @@ from inspector.folder.queued_clip import FAR_AWAY, ClipState, QueuedClip
 from inspector.language import tr, translate_core_sentence
 from inspector.session.session_files import decided_counts, find_existing_sessions
 from inspector.widgets.background import Task
-from twistcore.batch.clip_task import file_signature
+from twistcore.batch.clip_task import file_change_signature
 from twistcore.batch.decisions import count_decisions
 from twistcore.batch.manifest import DONE, FAILED, ClipGlance, Manifest
 from twistcore.batch.run import LOCK
@@ -168,6 +168,6 @@ def _is_same(path: Path, glance: ClipGlance) -> bool:
     """Return True if a file is unchanged since the batch processed it."""
     with suppress(OSError):
         if glance.signature:
-            return file_signature(path)[0] == glance.signature
+            return file_change_signature(path)[0] == glance.signature
         return cached_sha256(path) == glance.sha256
     return False

@@ -24,7 +24,7 @@ from twistcore.tuning.stated_precision import (
     StatedPrecision,
     estimate_unjudged_precision,
     representative_judging_order,
-    verdicts_on,
+    verdicts_on_automatic_corrections,
 )
 from twistcore.work.progress import Tell
 
@@ -120,7 +120,7 @@ class InformativeIntervals(QObject):
         data = self._document.data
         clips = sorted((c for c in self._queue.clips.values() if c.automatic), key=lambda c: c.path)
         own = {
-            c.path: verdicts_on(c.automatic, self._document.review.state)
+            c.path: verdicts_on_automatic_corrections(c.automatic, self._document.review.state)
             for c in clips
             if data is not None and c.path == data.clip.path
         }
@@ -160,7 +160,9 @@ def _judged(
             key = sessions[0], modified_ns(sessions[0]), clip.automatic
             if key not in known:
                 try:
-                    known[key] = verdicts_on(clip.automatic, read_session(sessions[0]).state)
+                    known[key] = verdicts_on_automatic_corrections(
+                        clip.automatic, read_session(sessions[0]).state
+                    )
                 except TwistError:  # the table already shows that the clip cannot be read
                     known[key] = verdicts
             verdicts = still[key] = known[key]

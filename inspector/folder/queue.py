@@ -32,7 +32,7 @@ from inspector.session.session_files import decided_counts, modified_ns
 from twistcore.batch import ClipSurvey, is_batch_folder
 from twistcore.batch.manifest import FILE as MANIFEST
 from twistcore.errors import TwistError
-from twistcore.export.exported_clips import find_exported_clips
+from twistcore.export.exported_clips import find_exports_and_their_sources
 from twistcore.files.atomic import same_file
 from twistcore.files.ordinary import path_exists
 from twistcore.formats.clip_files import clip_paths_in_folder
@@ -216,7 +216,7 @@ class FolderQueue(QObject):
             self._take_batch(self.batch)
             return
         there = clip_paths_in_folder(self.folder)
-        exported = find_exported_clips(there)
+        exported = find_exports_and_their_sources(there)
         self.exports = frozenset(exported)
         clips = [path for path in there if path not in exported]
         latest = {exported[path]: path.name for path in sorted(exported, key=modified_ns)}
@@ -261,7 +261,7 @@ class FolderQueue(QObject):
         waiting, latest = set[Path](), dict[Path, str]()
         for folder, paths in groupby(sorted(self.clips), key=lambda path: path.parent):
             waiting |= clips_to_restore(folder, list(paths))
-            exported = find_exported_clips(clip_paths_in_folder(folder))
+            exported = find_exports_and_their_sources(clip_paths_in_folder(folder))
             by_time = sorted(exported, key=modified_ns)
             latest |= {folder / exported[path]: path.name for path in by_time}
         for path, clip in self.clips.items():

@@ -22,14 +22,14 @@ from twistcore.skeleton.motion import Motion
 from twistcore.study.class_exercise import (
     SCORE,
     ClassExercise,
-    class_exercise_table,
-    json_file_schema,
-    read_answer,
-    read_exercise,
-    write_exercise,
+    exercise_json_file_schema,
+    read_student_answer,
+    read_student_exercise,
+    student_exercise_score_table,
+    write_student_exercise,
 )
-from twistcore.study.exercise import hide_exercise_errors, intervals_between_errors
-from twistcore.study.exercise_clip import write_exercise_clip
+from twistcore.study.exercise import exercise_intervals_between_errors, hide_exercise_errors
+from twistcore.study.exercise_clip import write_student_exercise_clip
 from twistcore.synthesis import InjectedError
 from twistcore.synthesis.truth import SCHEMA as TRUTH
 from twistcore.synthesis.truth import Truth, read_truth, write_truth
@@ -55,7 +55,7 @@ def with_hidden_errors(
     listed: list[Interval] = []
     if kind == "judge":
         listed = [Interval(e.chain, e.start, e.stop, e.offset) for e in errors]
-        listed += intervals_between_errors(errors, motion.frames)
+        listed += exercise_intervals_between_errors(errors, motion.frames)
     return dirty, errors, tuple(sorted(listed, key=lambda i: (i.chain, i.start)))
 
 
@@ -78,9 +78,9 @@ def write_for_class(source: Path, exercise: Path, seed: int, kind: str) -> tuple
     if not errors:
         why = tr("expected a clip with chains that can be corrected. Choose another clip.")
         raise FormatError(f"{source}: {why}")
-    write_exercise_clip(clip, dirty, copy)
+    write_student_exercise_clip(clip, dirty, copy)
     sha256, motion = read_bvh(copy).sha256, clip.motion
-    write_exercise(exercise, ClassExercise(copy.name, sha256, kind, listed))
+    write_student_exercise(exercise, ClassExercise(copy.name, sha256, kind, listed))
     write_truth(key, Truth(copy.name, "P0", seed, motion.frames, motion.fps, errors, sha256))
     return copy, key
 
@@ -104,7 +104,7 @@ def exercise_files(exercise: Path) -> tuple[Path, Path]:
 
 def open_for_student(path: Path, folder: Path) -> tuple[Analysed, ClassExercise]:
     """Open a class exercise for a student. A copy of its clip is written to `folder`."""
-    exercise = read_exercise(path)
+    exercise = read_student_exercise(path)
     clip = path.with_name(exercise.clip)
     if not is_file(clip):
         why = tr(
@@ -137,9 +137,9 @@ def score_answers(files: Sequence[Path]) -> str:
 
     `files` are the paths of the key and of the answers, in any order.
     """
-    by_schema = [(json_file_schema(path), path) for path in files]
+    by_schema = [(exercise_json_file_schema(path), path) for path in files]
     keys = [path for schema, path in by_schema if schema == TRUTH]
-    handed = [(path, read_answer(path)) for schema, path in by_schema if schema == SCORE]
+    handed = [(path, read_student_answer(path)) for schema, path in by_schema if schema == SCORE]
     if len(keys) != 1 or not handed:
         why = tr("Select the key of the exercise and all answer files together.")
         raise FormatError(why)
@@ -169,4 +169,4 @@ def score_answers(files: Sequence[Path]) -> str:
                     clip=shorten_foreign_message(one.clip),
                 )
             )
-    return class_exercise_table(truth.errors, [one for _, one in handed])
+    return student_exercise_score_table(truth.errors, [one for _, one in handed])

@@ -26,9 +26,9 @@ from twistcore.detection import Interval
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decision
-from twistcore.study.class_exercise import ClassExercise, StudentAnswer, write_answer
-from twistcore.study.exercise import ExerciseScore, score_exercise
-from twistcore.study.exercise_clip import write_exercise_clip
+from twistcore.study.class_exercise import ClassExercise, StudentAnswer, write_student_answer
+from twistcore.study.exercise import ExerciseScore, score_review_of_hidden_errors
+from twistcore.study.exercise_clip import write_student_exercise_clip
 from twistcore.synthesis import InjectedError
 
 KINDS = {"judge": tr("Judge"), "find": tr("Find")}
@@ -62,7 +62,7 @@ def make_exercise(
     source = read_bvh(clip)
     dirty, errors, listed = with_hidden_errors(source, seed, kind.lower())
     path = folder / f"exercise_{seed}.bvh"
-    write_exercise_clip(source, dirty, path)
+    write_student_exercise_clip(source, dirty, path)
     return open_for_review(path, listed), errors
 
 
@@ -188,7 +188,7 @@ class Exercise(QObject):
     def show_score(self) -> None:
         """Show the score, with links to missed errors and wrong verdicts."""
         guide, document = self._program.guide, self._program.document
-        self.result = result = score_exercise(self._errors, document.intervals)
+        self.result = result = score_review_of_hidden_errors(self._errors, document.intervals)
         guide.show_text(score_text(result, document.first_frame, self._label))
         total, wrong = len(self._errors), result.false_verdicts
         found = {"found": len(result.hits), "total": total}
@@ -313,7 +313,9 @@ class Exercise(QObject):
         seconds = time.monotonic() - self._since
         own = self._class.clip, self._class.sha256
         try:
-            write_answer(path, StudentAnswer(name, seconds, *own, tuple(document.intervals)))
+            write_student_answer(
+                path, StudentAnswer(name, seconds, *own, tuple(document.intervals))
+            )
         except (OSError, TwistError) as error:
             self._show(error)
             return False

@@ -20,14 +20,14 @@ from inspector.viewport.bodies import BoneSegment, find_bones
 from inspector.viewport.ground import ground_at_lowest_joint
 from inspector.viewport.web_figure import emphasised_bone_indices, figure_data, skin_data
 from twistcore.analysis.correction.twist_removal import (
-    carried_offsets_by_chain,
     offsets_by_chain,
+    offsets_carried_to_child,
     remove_twist,
 )
-from twistcore.detection.paper import running_offset
+from twistcore.detection.paper import paper_detector_running_offset
 from twistcore.files.packed_numbers import encode_base64_array
 from twistcore.skeleton.chain import Chain, find_chains, uncorrectable_joints
-from twistcore.skeleton.figure import figure_size, guess_up, heading
+from twistcore.skeleton.figure import figure_facing_direction, figure_size, guess_up
 from twistcore.skeleton.limb import Limb
 
 _MORE = 10  # additional frames if a task asks the user to move by some frames
@@ -159,7 +159,9 @@ class PageData:
                 "tau": tau,
                 "axes": encode_base64_array(own.axis, "f4"),
                 "arms": encode_base64_array(own.arm, "f4"),
-                "running": encode_base64_array(running_offset(signals, tau)[frames], "f4"),
+                "running": encode_base64_array(
+                    paper_detector_running_offset(signals, tau)[frames], "f4"
+                ),
                 **{
                     name: encode_base64_array(getattr(signals, name)[frames], "f4")
                     for name in ("theta_p", "theta_c", "strength")
@@ -173,7 +175,7 @@ class PageData:
         taught = chain is not None and not isinstance(chain, Limb) and place.tab == "teaching"
         curves = chain is not None and not isinstance(chain, Limb)
         up = np.array(self._figures[self._figure_of[place.clip]]["room"]["up"])
-        ahead = heading(data.positions[place.frame], find_chains(data.motion), up)
+        ahead = figure_facing_direction(data.positions[place.frame], find_chains(data.motion), up)
         return {
             "span": span,
             "chain": self._chain(data, chain, span, place.tau) if chain and curves else None,
@@ -208,7 +210,7 @@ class PageData:
         intervals = [judged.interval for judged in data.review.state.intervals]
         offsets, carried = (
             {name: offset[start:stop] for name, offset in of(intervals, data.motion.frames).items()}
-            for of in (offsets_by_chain, carried_offsets_by_chain)
+            for of in (offsets_by_chain, offsets_carried_to_child)
         )
         chains = [c.sliced(start, stop) for c in data.chains_and_limbs]
         after = remove_twist(motion, chains, offsets, carried).rotations

@@ -45,7 +45,7 @@ from twistcore.analysis.correction.protected_measures import (
 )
 from twistcore.analysis.why_not import Why
 from twistcore.detection import Interval, Kind
-from twistcore.detection.interval_offsets import resized, with_median_offset
+from twistcore.detection.interval_offsets import interval_with_given_median_offset, resized_interval
 from twistcore.detection.soft_onset import describe_soft_onset
 from twistcore.review import Annotate, Decision, Judged
 from twistcore.skeleton.chain import Chain
@@ -395,14 +395,14 @@ class DetailCard(QWidget):
         if judged := self._document.interval:
             first = self._document.first_frame
             start, stop = self.start.value() - first, self.stop.value() - first
-            edited = resized(judged.interval, start, stop)
+            edited = resized_interval(judged.interval, start, stop)
             self._document.edit(judged.id, edited, self._burst.drag())
             if not start <= self._document.frame < stop:  # go to a frame of the interval
                 self._document.go_to(start)
 
     def _delta_edited(self, degrees: float) -> None:
         if judged := self._document.interval:
-            edited = with_median_offset(judged.interval, float(np.radians(degrees)))
+            edited = interval_with_given_median_offset(judged.interval, float(np.radians(degrees)))
             self._document.edit(judged.id, edited, self._burst.drag())
 
     def commit(self) -> None:

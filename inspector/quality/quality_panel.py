@@ -22,7 +22,7 @@ from inspector.widgets.tables import RowTable
 from inspector.widgets.theme import Colours
 from inspector.widgets.traces import Trace, TracePlot
 from twistcore.detection import Interval
-from twistcore.quamo.clip_smoothing import burst_tracking
+from twistcore.quamo.clip_smoothing import settings_to_smooth_noise_bursts
 
 _SAMPLE, _PAIR = "00000", "0.00 → 0.00"  # the longest texts of a column
 _PAD = 12  # pixels around these texts
@@ -162,7 +162,7 @@ class QualityPanel(QWidget):
         if (data := self._document.data) is None:
             return
         known = self._document.review.state.tracking
-        if (tracking := burst_tracking(data.motion, interval, known)) is not None:
+        if (tracking := settings_to_smooth_noise_bursts(data.motion, interval, known)) is not None:
             self.page.ask_for(tracking)
 
     def show_tracking(self) -> None:

@@ -50,7 +50,7 @@ from twistcore.quamo.clip_tracking import (
     supports_learned_tracking,
 )
 from twistcore.quamo.response import (
-    describe_lag_and_overshoot,
+    describe_tracker_lag_and_overshoot,
     steady_tracking_lags,
     tracking_overshoots,
 )
@@ -459,7 +459,7 @@ def _causal_words(dt: float) -> str:
     `dt` is the frame time in seconds. Results are cached.
     """
     usual = Gains.by_hand(dt)
-    return describe_lag_and_overshoot(
+    return describe_tracker_lag_and_overshoot(
         tr("a joint"), steady_tracking_lags(usual, dt)[0], tracking_overshoots(usual, dt)[0]
     )
 

@@ -17,7 +17,7 @@ from twistcore.analysis.quality.figure import FigureQuality, quality_before_and_
 from twistcore.analysis.quality.joint import JointQuality, joint_accelerations, joint_quality
 from twistcore.detection import Interval
 from twistcore.detection.cuts import count_leading_rest_frames
-from twistcore.quamo.clip_tracking import Traces, traced_motion
+from twistcore.quamo.clip_tracking import Traces, track_motion_with_internal_values
 from twistcore.review import Track, Tracking
 from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import Array
@@ -198,7 +198,7 @@ class Tracked(QObject):
 
 def _work(data: Analysed, wanted: _Request, tell: Tell) -> Result:
     refined = refine(data.motion, data.chains_and_limbs, wanted.intervals)
-    found, traces = traced_motion(refined, wanted.tracking, tell)
+    found, traces = track_motion_with_internal_values(refined, wanted.tracking, tell)
     tell(1.0)
     rotations, positions = forward_kinematics(found)
     joints = joint_quality(data.clip, positions, up_axis(data), found)

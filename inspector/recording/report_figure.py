@@ -25,7 +25,7 @@ from inspector.widgets.theme import DARK, LIGHT
 from twistcore.errors import TwistError
 from twistcore.report.picture_job import BeforeAfter, Figure
 from twistcore.skeleton.chain import Chain
-from twistcore.skeleton.figure import figure_size, guess_up, heading
+from twistcore.skeleton.figure import figure_facing_direction, figure_size, guess_up
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.people import find_people
@@ -70,7 +70,10 @@ class FigureToDraw:
         chain, skeleton = _find_chain(self.figure, pair), self.figure.motion.skeleton
         before, after = self.poses(pair)
         own = tuple(c for c in self.chains if c.person == chain.person)
-        facing, body = heading(after[1], own, self._up), self._people.get(chain.person, ())
+        facing, body = (
+            figure_facing_direction(after[1], own, self._up),
+            self._people.get(chain.person, ()),
+        )
         above = int(skeleton.parents[chain.parent])
         side = best_limb_error_view(
             chain, self.bones, before, after, facing, self._up,

@@ -20,7 +20,7 @@ from inspector.session.recovery import Recovery
 from inspector.session.rigs import Rigs
 from twistcore.analysis.correction.corrected import Corrected
 from twistcore.detection import Interval, Kind
-from twistcore.detection.interval_offsets import resized, same_offsets
+from twistcore.detection.interval_offsets import resized_interval, same_offsets
 from twistcore.errors import TwistError
 from twistcore.files.ordinary import path_exists
 from twistcore.formats.reading import companion_file_prefix
@@ -378,7 +378,7 @@ class Document(OpenClip):
         start, stop = max(interval.start, 0), min(interval.stop, self.frames)
         if (there := self.found(interval_id)) is None or start >= stop:
             return  # the interval belongs to the previous clip or was undone
-        new = resized(interval, start, stop)
+        new = resized_interval(interval, start, stop)
         if drag or not same_offsets(new, there.interval):
             self.do(Edit(interval_id, new, drag))
 

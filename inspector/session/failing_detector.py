@@ -7,7 +7,7 @@ from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.detection import DETECTORS, Interval
 from twistcore.errors import TwistError
 from twistcore.review import ReviewState
-from twistcore.review.reasons import redetected_intervals
+from twistcore.review.reasons import intervals_detected_at_review_tau
 
 
 def redetect_or_give_up(analysis: ClipAnalysis, state: ReviewState) -> tuple[Interval, ...]:
@@ -16,10 +16,10 @@ def redetect_or_give_up(analysis: ClipAnalysis, state: ReviewState) -> tuple[Int
     If the detector fails, the default detector replaces it for this clip.
     """
     try:
-        return redetected_intervals(analysis, state)
+        return intervals_detected_at_review_tau(analysis, state)
     except TwistError as error:
         analysis.give_up(state.method, str(error))
-        return redetected_intervals(analysis, state)
+        return intervals_detected_at_review_tau(analysis, state)
 
 
 def unusable_detector_message(analysis: ClipAnalysis, method: str) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 
 from twistcore.formats.clip import Clip
 from twistcore.skeleton.chain import find_chains
-from twistcore.skeleton.figure import guess_up, heading
+from twistcore.skeleton.figure import figure_facing_direction, guess_up
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import Array
 
@@ -46,7 +46,7 @@ def first_look(clip: Clip) -> FirstLook:
     _, positions = forward_kinematics(still)
     chains = find_chains(still)
     up = guess_up(positions, chains, motion.skeleton)
-    ahead = heading(positions[0], chains, up)
+    ahead = figure_facing_direction(positions[0], chains, up)
     seen_from = np.cos(_ASIDE) * ahead + np.sin(_ASIDE) * np.cross(up, ahead)
     across = np.cross(up, seen_from)
     parents = motion.skeleton.parents

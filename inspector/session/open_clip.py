@@ -14,7 +14,7 @@ from PySide6.QtCore import QObject, Signal
 from inspector.session.opening import Analysed
 from twistcore.analysis.clip_severity import severity_of_intervals
 from twistcore.analysis.correction.corrected import Corrected
-from twistcore.analysis.error_groups import drop_weaker_alternatives
+from twistcore.analysis.error_groups import drop_weaker_correction_alternatives
 from twistcore.detection import Analysis, Interval, Kind
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.review import Decision, Judged, Review
@@ -199,7 +199,7 @@ class OpenClip(QObject):
             if j.decision == Decision.ACCEPTED or j.id == self.interval_id
         ]
         skeleton = self.data.motion.skeleton
-        return drop_weaker_alternatives(
+        return drop_weaker_correction_alternatives(
             state.chosen(undecided=True), chains, skeleton, chosen=first
         )
 

@@ -28,9 +28,9 @@ from twistcore.formats.reading import read_clip
 from twistcore.review import Judged, Redetect, Review, ReviewState, Session
 from twistcore.review.proposal import (
     interval_with_proposed_offset,
-    limb_flip_in_frames,
     propose_error_at_jump,
-    proposed_flip,
+    propose_limb_flip_at_frame,
+    propose_limb_flip_in_frames,
     proposed_interval,
 )
 from twistcore.review.replay import session_chains
@@ -107,7 +107,7 @@ class Analysed:
     def proposed(self, chain: str, frame: int) -> Interval:
         """Return a proposed interval of a chain or limb around a frame."""
         if (limb := self.limb(chain)) is not None:
-            return proposed_flip(limb, frame)
+            return propose_limb_flip_at_frame(limb, frame)
         return proposed_interval(chain, self.signals[chain], frame, self.motion.fps)
 
     def proposed_at(
@@ -122,7 +122,7 @@ class Analysed:
     def proposed_over(self, chain: str, start: int, stop: int) -> Interval:
         """Return a proposed interval over the frames [start, stop)."""
         if (limb := self.limb(chain)) is not None:
-            return limb_flip_in_frames(limb, start, stop)
+            return propose_limb_flip_in_frames(limb, start, stop)
         return interval_with_proposed_offset(chain, self.signals[chain], start, stop)
 
     def angle(self, chain: str) -> Array:

@@ -22,7 +22,7 @@ from twistcore.errors import TwistError
 from twistcore.files.atomic import first_unused_path
 from twistcore.formats.clip import Clip
 from twistcore.review import Command, Journal, Recovered, Review, ReviewState, Sign, replay_journal
-from twistcore.review.journal import command_to_json, session_journal_entry
+from twistcore.review.journal import review_command_to_json, session_journal_entry
 
 _IDLE_MS = 300  # pause in a drag after which its last step is written
 _RETRY_MS = 5000  # time until a failed write is tried again
@@ -177,7 +177,7 @@ class ReviewJournal(QObject):
         else:
             if self._journal is None and isinstance(command, Sign):
                 self._detached = True  # the command is not a step of the history
-            self._append(command_to_json(command))
+            self._append(review_command_to_json(command))
 
     def record_step(self, entry: Mapping[str, Any]) -> None:
         """Write an undo or a redo to disk.
@@ -199,7 +199,7 @@ class ReviewJournal(QObject):
         self._idle.stop()
         if self._pending is not None:
             pending, self._pending = self._pending, None
-            self._append(command_to_json(pending))
+            self._append(review_command_to_json(pending))
 
     def retry(self) -> bool:
         """Try again to write missing steps. Returns True if all steps are on disk."""

@@ -19,7 +19,7 @@ import platformdirs
 
 from inspector.language import tr, translate_core_sentence
 from twistcore.errors import TwistError
-from twistcore.export.exported_clips import REPLAY_SUFFIX, clip_of_session
+from twistcore.export.exported_clips import REPLAY_SUFFIX, clip_name_from_session_file
 from twistcore.files.atomic import first_unused_path, write_atomically
 from twistcore.files.document_values import (
     check_keys,
@@ -29,7 +29,12 @@ from twistcore.files.document_values import (
     read_bytes_limited,
 )
 from twistcore.files.encoding import json_bytes
-from twistcore.files.ordinary import path_exists, read_file, real_path, user_folder
+from twistcore.files.ordinary import (
+    path_exists,
+    read_file,
+    real_path,
+    user_folder_or_uncreatable_path,
+)
 from twistcore.formats.reading import companion_file_prefix, same_format
 
 _Made = TypeVar("_Made")
@@ -71,7 +76,9 @@ def fallback_session_path(clip: Path) -> Path:
 
 
 def _refuge() -> Path:
-    return user_folder(partial(platformdirs.user_state_path, "twist-inspector", appauthor=False))
+    return user_folder_or_uncreatable_path(
+        partial(platformdirs.user_state_path, "twist-inspector", appauthor=False)
+    )
 
 
 def first_success(
@@ -111,10 +118,10 @@ def find_existing_sessions(clip: Path) -> list[Path]:
     there = [
         p
         for p in dict.fromkeys(places)
-        if path_exists(p) and same_format(clip_of_session(p) or clip, clip)
+        if path_exists(p) and same_format(clip_name_from_session_file(p) or clip, clip)
     ]
     old = clip.with_name(clip.stem + SESSION_SUFFIX)
-    if not there and clip_of_session(old) == clip.name:
+    if not there and clip_name_from_session_file(old) == clip.name:
         there = [old]
     return sorted(there, key=modified_ns, reverse=True)
 

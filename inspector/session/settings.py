@@ -24,7 +24,7 @@ from inspector.language import tr
 from inspector.session import settings_checks as checks
 from inspector.session.settings_checks import Check
 from twistcore.files.atomic import first_unused_path, write_atomically
-from twistcore.files.ordinary import read_file, real_path, user_folder
+from twistcore.files.ordinary import read_file, real_path, user_folder_or_uncreatable_path
 
 RECENT = 10
 STEPS = (2, 1000)  # range of frames for Ctrl+arrow
@@ -218,7 +218,7 @@ def settings_path() -> Path:
     if moved := os.environ.get("TWIST_INSPECTOR_SETTINGS"):
         return Path(moved)
     find = partial(platformdirs.user_config_path, "twist-inspector", appauthor=False)
-    return user_folder(find) / "settings.json"
+    return user_folder_or_uncreatable_path(find) / "settings.json"
 
 
 def load_settings(path: Path) -> tuple[Settings, str]:

@@ -10,8 +10,8 @@ from twistcore.analysis.clip_analysis import Detection
 from twistcore.analysis.why_not import (
     Reason,
     Why,
-    unexplained_peaks,
-    why_no_interval_edge,
+    peaks_above_tau_outside_intervals,
+    why_frame_bounds_no_interval,
     why_peaks_lack_interval,
 )
 
@@ -40,7 +40,7 @@ def peak_near(document: Document, frame: int, reach: float = NEAR) -> int | None
     """
     if (found := review_as_detection(document)) is None or document.chain not in found.tau:
         return None
-    peaks = unexplained_peaks(found, document.chain)
+    peaks = peaks_above_tau_outside_intervals(found, document.chain)
     nearest = min(peaks, key=lambda t: abs(t - frame), default=None)
     return nearest if nearest is not None and abs(nearest - frame) <= reach else None
 
@@ -52,7 +52,7 @@ def reason_here(document: Document, frame: int) -> Reason | None:
     """
     if (found := review_as_detection(document)) is None or document.chain not in found.tau:
         return None
-    return why_no_interval_edge(found, document.chain, frame, first=document.first_frame)
+    return why_frame_bounds_no_interval(found, document.chain, frame, first=document.first_frame)
 
 
 def reason_near(document: Document, frame: int) -> Reason | None:

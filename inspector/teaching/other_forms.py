@@ -17,10 +17,10 @@ from inspector.widgets.typeset import Typesetter
 from twistcore.analysis.decomposition import (
     Decomposition,
     EulerChannels,
-    euler_channels,
-    motion_of_altered_frame,
-    twist_swing_factors,
-    unwrapped_twist,
+    decompose_into_euler_channels,
+    double_cover_twist_angle,
+    frame_motion_with_user_changes,
+    twist_times_swing_factors,
 )
 from twistcore.skeleton.rotation import wrap
 
@@ -144,7 +144,7 @@ class OtherForms(QWidget):
             for key in ("n", "n_after", "both"):
                 self.values[key].setText(_UNDEFINED)
             return
-        _, after = twist_swing_factors(d.q, d.a)
+        _, after = twist_times_swing_factors(d.q, d.a)
         length = float(np.linalg.norm(after[1:]))
         none = tr("n undefined: no swing")
         self.values["n"].setText(f"n  {padded_vector_text(d.n)}" if d.n_is_defined else none)
@@ -163,7 +163,7 @@ class OtherForms(QWidget):
         if not d.swing_is_one:
             self.values["theta_p"].setText(_UNDEFINED)
             return
-        theta = unwrapped_twist(q, d.a)
+        theta = double_cover_twist_angle(q, d.a)
         self.values["theta_p"].setText(f"{degree_text(theta)} → {degree_text(float(wrap(theta)))}")
 
     def _show_channels(self, d: Decomposition) -> None:
@@ -204,11 +204,11 @@ class OtherForms(QWidget):
         q = data.motion.rotations[frame, joint]
         if taught.what_if.changes or taught.stage is not None:
             off = found.correction.whole
-            one = motion_of_altered_frame(
+            one = frame_motion_with_user_changes(
                 data.motion, chain, frame, taught.what_if, offset=off, stage=taught.stage
             )
             q = one.rotations[0, joint]
-        return euler_channels(order, data.clip.as_written(joint, q), written[frame])
+        return decompose_into_euler_channels(order, data.clip.as_written(joint, q), written[frame])
 
     def _measured(self) -> None:
         for right in self._rights:

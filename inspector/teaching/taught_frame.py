@@ -21,11 +21,11 @@ from twistcore.analysis.decomposition import (
     Decomposition,
     FrameCorrection,
     WhatIf,
-    correct_frame,
     decompose,
-    motion_of_altered_frame,
+    detect_and_correct_frame,
+    frame_motion_with_user_changes,
 )
-from twistcore.detection.paper import running_offset
+from twistcore.detection.paper import paper_detector_running_offset
 from twistcore.files.encoding import escape_control_characters
 from twistcore.review import Judged
 from twistcore.skeleton.chain import Chain
@@ -116,7 +116,7 @@ class TaughtFrame(QObject):
         key = (data.motion, chain, frame, what_if, stage, tau, own)
         if key != self._known:
             before = self._running_offset(frame - 1)
-            found = correct_frame(
+            found = detect_and_correct_frame(
                 data.motion, chain, frame, what_if, tau=tau, offset_before=before, own=own
             )
             shown = found.before
@@ -155,7 +155,7 @@ class TaughtFrame(QObject):
         signals = self.document.data.signals[self.document.chain]
         key = (signals, self.tau)
         if self._running is None or self._running[0] != key:
-            self._running = key, running_offset(signals, self.tau)
+            self._running = key, paper_detector_running_offset(signals, self.tau)
         return float(self._running[1][frame]) if frame >= 0 else 0.0
 
     @property
@@ -174,7 +174,7 @@ class TaughtFrame(QObject):
         if data is None or chain is None or numbers is None:
             return None
         frame, off = self.document.frame, numbers.correction.whole
-        one = motion_of_altered_frame(
+        one = frame_motion_with_user_changes(
             data.motion, chain, frame, self.what_if, offset=off, stage=self.stage
         )
         rotations, positions = forward_kinematics(one)

@@ -10,7 +10,7 @@ from inspector.timeline.curve_values import circular_mean_angle, unreliable_span
 from inspector.timeline.curves import NOTHING, Curves, Title, format_angle_at_frame
 from twistcore.analysis.correction.corrected import Angles
 from twistcore.detection import DETECTORS
-from twistcore.detection.paper import running_offset
+from twistcore.detection.paper import paper_detector_running_offset
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import wrap
 from twistcore.skeleton.signals import TwistSignals, twist_signals
@@ -60,7 +60,9 @@ class ChainCurves(Curves):
             self.tracked = None if motion is None else twist_signals(motion, self._chain)
         tau = self.document.review.state.tau.get(self._chain.name)
         blind = self.document.data is None or self.document.data.blind
-        self.running = NOTHING if blind or tau is None else running_offset(self.before, tau)
+        self.running = (
+            NOTHING if blind or tau is None else paper_detector_running_offset(self.before, tau)
+        )
 
     def completed(self, frame: int, values: Mapping[str, float]) -> Mapping[str, float]:
         """Return the edited angles of a frame and, if Δθc is one of them, the resulting θc.

@@ -24,7 +24,7 @@ from inspector.widgets.labels import escape_tool_tip_text
 from inspector.widgets.later import Latest
 from inspector.widgets.signed_numbers import interval_angle_text
 from twistcore.detection import Interval
-from twistcore.detection.interval_offsets import resized
+from twistcore.detection.interval_offsets import resized_interval
 from twistcore.review import Judged
 
 _REACH = 6.0  # distance in pixels at which the mouse grabs an edge or the playhead
@@ -254,7 +254,7 @@ class Gestures:
         if self._hit.part is Part.BODY:
             new = grabbed.with_offset(frames[0], grabbed.offset)
         else:  # resize the original, so that dragging back restores it
-            new = resized(grabbed, *frames)
+            new = resized_interval(grabbed, *frames)
         self._document.edit(judged.id, new, self._drag)
 
     def _frames_of(self, grabbed: Interval, frame: float) -> tuple[int, int]:

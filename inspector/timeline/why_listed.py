@@ -17,7 +17,7 @@ from inspector.widgets.axes import UnitAxis
 from inspector.widgets.background import OneTask
 from inspector.widgets.signed_numbers import format_number
 from twistcore.detection import Interval
-from twistcore.detection.quantity import Quantity, quantity_of
+from twistcore.detection.quantity import Quantity, evidence_curve_of_interval
 
 _STYLES = (
     CurveStyle("limit", "tau", dashed=True),
@@ -69,7 +69,7 @@ class WhyListed(Pane):
         self._interval = interval
         assert self._document.data is not None
         search = self._document.data.analysis.search(self._document.method)
-        work = partial(quantity_of, search, interval)
+        work = partial(evidence_curve_of_interval, search, interval)
         if self.scenery.still:
             self._show(work())
         else:

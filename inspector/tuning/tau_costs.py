@@ -22,8 +22,8 @@ from twistcore.review import Decision, Judged, ReviewState
 from twistcore.skeleton.chain import uncorrectable_joints
 from twistcore.skeleton.helper import Helper
 from twistcore.tuning import Cost, TauCurve, total_tuning_cost
-from twistcore.tuning.listed_intervals import ListCounts, count_listed_intervals
-from twistcore.tuning.verdicts_of import is_counter_twist_verdict, verdicts_in
+from twistcore.tuning.listed_intervals import ListCounts, count_counter_twists_at_tau
+from twistcore.tuning.verdicts_of import counter_twist_verdicts_of_review, is_judged_counter_twist
 
 _POLL_MS = 30
 _REMEMBERED = 12  # number of cached results; each belongs to a clip and a set of verdicts
@@ -123,7 +123,9 @@ class Costs(QObject):
                 left_out += [(0, capture.first), (capture.stop, self._document.frames)]
             spans = [span for span in left_out if span[0] < span[1]]
             detector = self._document.detector
-            counts = count_listed_intervals(detector, chain, tau, verdicts_in(state), spans)
+            counts = count_counter_twists_at_tau(
+                detector, chain, tau, counter_twist_verdicts_of_review(state), spans
+            )
             self._counted[key] = counts
         return self._counted[key]
 
@@ -261,7 +263,7 @@ class Costs(QObject):
             path=data.clip.path,
             sha256=data.clip.sha256,
             method=method,
-            verdicts=verdicts_in(state),
+            verdicts=counter_twist_verdicts_of_review(state),
             wanted=tuple(left),
             rig=state.rig,
             left_out=state.left_out,
@@ -332,4 +334,4 @@ class Costs(QObject):
 
 def _verdicts(state: ReviewState) -> tuple[Judged, ...]:
     """Return the verdicts on errors of chains, without the verdicts on limb flips."""
-    return tuple(filter(is_counter_twist_verdict, state.intervals))
+    return tuple(filter(is_judged_counter_twist, state.intervals))

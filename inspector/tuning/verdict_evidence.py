@@ -22,7 +22,7 @@ from twistcore.formats.clip_files import clip_paths_in_folder
 from twistcore.review import ReviewState
 from twistcore.tuning.common_tau import CommonTau, common_tau
 from twistcore.tuning.learned_profile import LearnedProfile, learned_profile
-from twistcore.tuning.verdict_curve import Suggestion, VerdictCurve, verdict_curve
+from twistcore.tuning.verdict_curve import Suggestion, VerdictCurve, tau_curve_from_verdicts
 from twistcore.tuning.verdicts_of import JudgedClip, judged_clip_from_review, read_judged_clip
 from twistcore.work.progress import Tell
 
@@ -222,8 +222,8 @@ def _scopes(
     groups |= {RIG: rig, FOLDER: tuple(clips)}
     for name, some in groups.items():
         found = common_tau(some, *wanted)
-        yield Scope(name, some, verdict_curve(some), found)
+        yield Scope(name, some, tau_curve_from_verdicts(some), found)
     for chain in dict.fromkeys(v.chain for c in rig for v in c.verdicts):
-        curve = verdict_curve(rig, chain)
+        curve = tau_curve_from_verdicts(rig, chain)
         suggestion = curve.suggested(*wanted)
         yield Scope(chain, rig, curve, suggestion=suggestion, chain=chain)

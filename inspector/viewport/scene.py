@@ -25,7 +25,7 @@ from inspector.viewport.solid_and_ghost import Ghost, Pose, Shapes, Solid, Style
 from inspector.viewport.trails import Trails
 from inspector.widgets.theme import Theme
 from twistcore.skeleton.chain import Chain, find_chains
-from twistcore.skeleton.figure import figure_size, guess_up, heading
+from twistcore.skeleton.figure import figure_facing_direction, figure_size, guess_up
 from twistcore.skeleton.people import find_people
 from twistcore.skeleton.rotation import Array, matrix_from_quaternion
 
@@ -285,7 +285,7 @@ class Scene:
             The name of the person; by default, the first person.
         """
         own = tuple(limb for limb in self._limbs if not person or limb.person == person)
-        return heading(positions, own, self.up)
+        return figure_facing_direction(positions, own, self.up)
 
     def show_from(self, camera: OrbitCamera) -> None:
         """Set the VTK camera of all images to the given camera."""

@@ -34,9 +34,9 @@ from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.why_not import Reason, Why
 from twistcore.detection import Interval
 from twistcore.detection.interval_offsets import (
-    resized,
-    with_constant_offset,
-    with_twist_straightening_offset,
+    resized_interval,
+    with_offset_making_twist_linear,
+    with_offset_replaced_by_median,
 )
 from twistcore.review import Decision, Judged, Remove, ReviewState
 
@@ -466,12 +466,12 @@ class ReviewActions:
             )
             self.bar.show_message(text, False)
         else:
-            self.document.edit(judged.id, resized(interval, first, stop))
+            self.document.edit(judged.id, resized_interval(interval, first, stop))
 
     def make_level(self) -> None:
         """Use the same offset in all frames of the selected interval."""
         if judged := self.document.interval:
-            self.document.edit(judged.id, with_constant_offset(judged.interval))
+            self.document.edit(judged.id, with_offset_replaced_by_median(judged.interval))
 
     def make_following(self) -> None:
         """Use a separate offset in each frame, so that the corrected twist is linear in time."""
@@ -482,7 +482,7 @@ class ReviewActions:
             )
         elif judged and self.document.data:
             angle = self.document.data.angle(judged.interval.chain)
-            self.document.edit(judged.id, with_twist_straightening_offset(judged.interval, angle))
+            self.document.edit(judged.id, with_offset_making_twist_linear(judged.interval, angle))
 
     def turn_end(self) -> None:
         """Switch whether the selected interval's correction also rotates the joints below.

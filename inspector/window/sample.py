@@ -17,7 +17,12 @@ from inspector.widgets.signed_numbers import format_number
 from inspector.window.parts import Parts
 from twistcore.detection import Kind
 from twistcore.files.atomic import write_atomically
-from twistcore.files.ordinary import is_file, path_exists, read_file, user_folder
+from twistcore.files.ordinary import (
+    is_file,
+    path_exists,
+    read_file,
+    user_folder_or_uncreatable_path,
+)
 from twistcore.review import Judged
 
 _FOLDER = "Twist Inspector"  # folder in the user's documents
@@ -39,7 +44,7 @@ def user_copy_of_clip(bundled: Path) -> Path:
     If there is another file with this name, the copy gets the next free name. If the folder is
     read-only, the path of the bundled clip is returned.
     """
-    folder = user_folder(platformdirs.user_documents_path) / _FOLDER
+    folder = user_folder_or_uncreatable_path(platformdirs.user_documents_path) / _FOLDER
     try:
         content = read_file(bundled)
         for number in range(1, _MOST):

@@ -18,13 +18,13 @@ from twistcore.batch.manifest import ManifestRow
 from twistcore.batch.result_files import write_clip_table, write_interval_parquet, write_json_lines
 from twistcore.formats.bvh import write_motion
 from twistcore.formats.clip import write_clip
-from twistcore.quamo.network import untrained_network, write_network
+from twistcore.quamo.network import initial_gain_network_for_training, write_gain_network_weights
 from twistcore.report.clip_report import write_clip_report
 from twistcore.report.document import Report
 from twistcore.review.session import session_bytes, write_session
 from twistcore.skeleton.rig import OwnChain, Rig, write_rig
-from twistcore.study.class_exercise import StudentAnswer, write_answer
-from twistcore.study.exercise_clip import write_exercise_clip
+from twistcore.study.class_exercise import StudentAnswer, write_student_answer
+from twistcore.study.exercise_clip import write_student_exercise_clip
 from twistcore.synthesis import Truth, write_truth
 from twistcore.tuning import write_profile
 
@@ -57,7 +57,7 @@ def _performers(folder: Path) -> None:
 
 @cache
 def _network():
-    return untrained_network(4, 4, np.random.default_rng(0), "")
+    return initial_gain_network_for_training(4, 4, np.random.default_rng(0), "")
 
 
 @cache
@@ -69,7 +69,7 @@ def _records():
 WRITES: Mapping[str, Write] = {
     "clip.bvh": lambda f: write_clip(CLIP, CLIP.motion, f / "clip.bvh"),
     "motion.bvh": lambda f: write_motion(CLIP.motion, f / "motion.bvh"),
-    "exercise.bvh": lambda f: write_exercise_clip(CLIP, CLIP.motion, f / "exercise.bvh"),
+    "exercise.bvh": lambda f: write_student_exercise_clip(CLIP, CLIP.motion, f / "exercise.bvh"),
     "walk.twist.json": lambda f: write_session(CLIP, fresh().state, f / "walk.twist.json"),
     "known.twist.json": lambda f: write_session_with_backup(
         f / "known.twist.json", session_bytes(CLIP, fresh().state), {}
@@ -83,11 +83,11 @@ WRITES: Mapping[str, Write] = {
     "truth.json": lambda f: write_truth(
         f / "truth.json", Truth("a", "p", 1, CLIP.motion.frames, 120.0, ())
     ),
-    "handed.json": lambda f: write_answer(
+    "handed.json": lambda f: write_student_answer(
         f / "handed.json", StudentAnswer("Ada", 1.0, "x", "ab", ())
     ),
     "clips.csv": lambda f: write_clip_table(f / "clips.csv", _records()),
     "clips.jsonl": lambda f: write_json_lines(f / "clips.jsonl", _records()),
     "clips.parquet": lambda f: write_interval_parquet(f / "clips.parquet", _records()),
-    "weights.npz": lambda f: write_network(_network(), f / "weights.npz"),
+    "weights.npz": lambda f: write_gain_network_weights(_network(), f / "weights.npz"),
 }

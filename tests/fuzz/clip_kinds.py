@@ -21,12 +21,12 @@ from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import automatic_corrections, refine
 from twistcore.detection import Interval
 from twistcore.formats.bvh import BvhClip, read_bvh, write_motion
-from twistcore.formats.clip import Clip, changed_rotations, patch_clip
+from twistcore.formats.clip import Clip, changed_rotations, create_file_patch_for_motion
 from twistcore.formats.npz import NpzClip
 from twistcore.formats.npz.video_poses import VideoPoses
 from twistcore.formats.reading import is_clip_without_motion, read_clip
 from twistcore.formats.smpl.pose_files import PosesError
-from twistcore.formats.smpl.poses_clip import read_poses
+from twistcore.formats.smpl.poses_clip import read_smpl_poses_as_clip
 from twistcore.formats.smpl.skeleton import find_network_joints
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.limb import find_limbs
@@ -165,12 +165,12 @@ def follow(path: Path) -> None:
     rng = random.Random(path.read_bytes())
     is_clip_without_motion(path)
     clip = read_clip(path)
-    assert patch_clip(clip, clip.motion).data == clip.data
+    assert create_file_patch_for_motion(clip, clip.motion).data == clip.data
     assert all(np.isfinite(part).all() for part in forward_kinematics(clip.motion))
     found = _corrected(clip) if rng.randrange(LOOKED_AT) == 0 else clip.motion
     corrected = _turned(found, rng)
     changed = changed_rotations(clip, corrected)
-    patch = patch_clip(clip, corrected)
+    patch = create_file_patch_for_motion(clip, corrected)
     path.write_bytes(patch.data)
     again = read_clip(path, fps=1.0 / clip.frame_time)
     there, here = again.motion.rotations.copy(), clip.motion.rotations
@@ -239,7 +239,9 @@ def read_poses_kind(folder: Path) -> None:
     (path,) = folder.iterdir()
     for person in (None, "0", "1"):
         try:
-            clip = read_poses(path, template=ASSETS / "dance.bvh", fps=25.0, person=person)
+            clip = read_smpl_poses_as_clip(
+                path, template=ASSETS / "dance.bvh", fps=25.0, person=person
+            )
         except PosesError as error:
             if person == "1" or "--person" not in str(error):
                 raise

@@ -28,7 +28,7 @@ from twistcore.files.encoding import encode_utf8, json_text
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Review
 from twistcore.skeleton.rig import OwnChain, Rig, read_rig, rig_from_json, rig_to_json, write_rig
-from twistcore.study.class_exercise import StudentAnswer, read_answer, write_answer
+from twistcore.study.class_exercise import StudentAnswer, read_student_answer, write_student_answer
 from twistcore.study.evaluation import measure_corrected_clip
 from twistcore.synthesis import PROTOCOLS, clip_random_generator, draw_errors
 from twistcore.synthesis.truth import Truth, read_truth, write_truth
@@ -187,11 +187,11 @@ def _class() -> tuple[dict[str, object], dict[str, object], dict[str, object], b
     with tempfile.TemporaryDirectory() as folder:
         copy, key = write_for_class(ASSETS / "walk.bvh", Path(folder, "e.json"), 3, "judge")
         exercise = Path(folder, "e.json")
-        read = classroom.read_exercise(exercise)
+        read = classroom.read_student_exercise(exercise)
         review = Review.of(replace(analysis().detect(), intervals=read.listed))
         review.accept()
         handed = StudentAnswer("Kim", 33.0, read.clip, read.sha256, review.state.intervals)
-        answer = _document(lambda p: write_answer(p, handed))
+        answer = _document(lambda p: write_student_answer(p, handed))
         documents = [_document(lambda p, f=f: shutil.copy(f, p)) for f in (exercise, key)]
         return documents[0], documents[1], answer, copy.read_bytes()
 
@@ -205,8 +205,8 @@ def _read_exercise(folder: Path) -> object:
     with mock.patch.object(classroom, "open_for_review", _to_review):
         data, exercise = open_for_student(folder / "e.json", folder / "own")
     handed = StudentAnswer("Kim", 3.0, exercise.clip, exercise.sha256, data.review.state.intervals)
-    write_answer(folder / "h.json", handed)
-    return read_answer(folder / "h.json")
+    write_student_answer(folder / "h.json", handed)
+    return read_student_answer(folder / "h.json")
 
 
 @cache

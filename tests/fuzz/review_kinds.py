@@ -25,8 +25,8 @@ from tests.fuzz.json_damage import damage_bytes, damaged_json
 from tests.fuzz.trial import Kind
 from twistcore.analysis.clip_analysis import ClipAnalysis, analyse
 from twistcore.batch.decisions import count_decisions
-from twistcore.detection.interval_offsets import constant_interval
-from twistcore.export.exported_clips import clip_of_session
+from twistcore.detection.interval_offsets import new_constant_offset_interval
+from twistcore.export.exported_clips import clip_name_from_session_file
 from twistcore.files.encoding import json_bytes
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import Clip
@@ -50,8 +50,8 @@ from twistcore.review import (
     Tracking,
     read_session,
 )
-from twistcore.review.folder_sessions import sessions_in
-from twistcore.review.journal import REDO, SCHEMA, UNDO, command_to_json, replay_journal
+from twistcore.review.folder_sessions import session_files_by_clip
+from twistcore.review.journal import REDO, SCHEMA, UNDO, replay_journal, review_command_to_json
 from twistcore.review.replay import accepted_motion, session_chains
 from twistcore.review.session import session_bytes, session_document
 from twistcore.skeleton.rig import Rig
@@ -72,7 +72,7 @@ def analysis() -> ClipAnalysis:
 def commands() -> list[Command]:
     """One of every kind at least, each possible after those before it."""
     found = tuple(analysis().detect())
-    moved = constant_interval("LeftForeArm", 10, 30, 0.4)
+    moved = new_constant_offset_interval("LeftForeArm", 10, 30, 0.4)
     tau = dict(analysis().detect().tau)
     rig = Rig(remove=("RightLeg",))
     left = {name: t for name, t in tau.items() if name != "RightLeg"}
@@ -110,7 +110,7 @@ def _sessions() -> tuple[dict[str, Any], ...]:
 
 @cache
 def _lines() -> tuple[dict[str, Any], ...]:
-    told = [command_to_json(command) for command in commands()]
+    told = [review_command_to_json(command) for command in commands()]
     return (*told[:4], dict(UNDO), dict(REDO), *told[4:], {"session": _sessions()[3]})
 
 
@@ -137,8 +137,8 @@ def _opened(
 def _read_session(folder: Path) -> object:
     path = folder / "walk_injected.twist.json"
     (folder / "walk_injected.bvh").symlink_to(clip().path)
-    sessions_in(folder)
-    clip_of_session(path)
+    session_files_by_clip(folder)
+    clip_name_from_session_file(path)
     decided_counts(folder / "walk_injected.bvh")
     kept, sha256 = opening.read_session_with_hash(path)
     count_decisions(path)

@@ -34,7 +34,7 @@ from tests.fuzz.review_kinds import ASSETS, clip
 from tests.fuzz.trial import Kind
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.errors import TwistError
-from twistcore.export.folder_replay import WRITTEN, read_replayed_clip_hashes
+from twistcore.export.folder_replay import WRITTEN, read_recorded_hashes_of_exports
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Review
 from twistcore.skeleton.rig import skeleton_hash
@@ -198,7 +198,7 @@ def _read_kept(folder: Path) -> object:
     with mock.patch.object(session_files, "_pointer", return_value=pointer):
         session_files.find_existing_sessions(folder / "walk.bvh")
     replaced_by_export(ExportChoice(folder / "a.bvh"), {})
-    json.dumps(read_replayed_clip_hashes(folder))
+    json.dumps(read_recorded_hashes_of_exports(folder))
     return found
 
 

@@ -5,7 +5,7 @@ from tests.conftest import ASSETS
 from twistcore.analysis.clip_severity import severity_of_intervals
 from twistcore.detection import Interval
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip import patch_clip
+from twistcore.formats.clip import create_file_patch_for_motion
 from twistcore.skeleton.chain import find_chains
 from twistcore.synthesis import clip_random_generator, draw_errors, inject
 
@@ -16,7 +16,7 @@ def put_errors(path, chains_hit, seed=1):
     chains = find_chains(clip.motion)
     errors = draw_errors(clip.motion, chains[:chains_hit], clip_random_generator(seed, path.name))
     dirty = inject(clip.motion, chains, errors)
-    path.write_bytes(patch_clip(clip, dirty).data)
+    path.write_bytes(create_file_patch_for_motion(clip, dirty).data)
     by_name = {c.name: c for c in chains}
     found = [(Interval(e.chain, e.start, e.stop, e.offset), by_name[e.chain]) for e in errors]
     return severity_of_intervals(found, clip.motion.frames, clip.motion.fps)

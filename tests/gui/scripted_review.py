@@ -16,7 +16,7 @@ from inspector.session.export_files import ExportChoice
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
 from tests.gui.waiting import wait
-from twistcore.detection.interval_offsets import resized
+from twistcore.detection.interval_offsets import resized_interval
 from twistcore.review import session_bytes
 from twistcore.skeleton.rig import OwnChain
 
@@ -70,7 +70,7 @@ def main() -> None:
                 for more in range(1, 4 if drag else 2):
                     start, stop = judged.interval.start, judged.interval.stop + more
                     stop = min(stop, document.frames)
-                    document.edit(judged.id, resized(judged.interval, start, stop), drag)
+                    document.edit(judged.id, resized_interval(judged.interval, start, stop), drag)
         elif what == "tau":
             document.set_tau(rng.uniform(0.02, 0.3))
         elif what == "chains":

@@ -17,7 +17,7 @@ from tests.conftest import ASSETS
 from tests.gui.windows import act, close_and_answer, decisions, open_clip
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decision
-from twistcore.study.class_exercise import read_answer
+from twistcore.study.class_exercise import read_student_answer
 
 pytestmark = pytest.mark.thorough
 ONE_WINDOW = True
@@ -177,7 +177,7 @@ def test_verdicts_for_a_class_are_not_given_up_unasked(qtbot, of_a_class, tmp_pa
     exercise.leave.click()
     answer(window, "Hand in…")
     window.findChildren(QFileDialog)[-1].fileSelected.emit(str(tmp_path / "ada.json"))
-    assert read_answer(tmp_path / "ada.json").verdicts[0].decision == Decision.ACCEPTED
+    assert read_student_answer(tmp_path / "ada.json").verdicts[0].decision == Decision.ACCEPTED
     assert not exercise.running
     assert document.borrowed is None
 

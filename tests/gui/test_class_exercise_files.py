@@ -11,7 +11,7 @@ from tests.conftest import ASSETS
 from twistcore.errors import ClipMismatchError, FormatError
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import changed_rotations
-from twistcore.study.class_exercise import StudentAnswer, write_answer
+from twistcore.study.class_exercise import StudentAnswer, write_student_answer
 from twistcore.synthesis.truth import read_truth, write_truth
 
 WALK = ASSETS / "walk.bvh"
@@ -58,7 +58,7 @@ def test_what_the_class_gets_does_not_tell_the_errors(tmp_path):
 
 
 def handed_in(path, name, clip, sha256):
-    write_answer(path, StudentAnswer(name, 1.0, clip, sha256, ()))
+    write_student_answer(path, StudentAnswer(name, 1.0, clip, sha256, ()))
     return path
 
 

@@ -12,7 +12,7 @@ from inspector.session.session_files import (
     session_path,
 )
 from tests.gui.windows import close_window, open_clip
-from twistcore.batch.clip_task import file_signature
+from twistcore.batch.clip_task import file_change_signature
 from twistcore.review import Decision, read_session
 
 DAY_S = 86_400
@@ -83,4 +83,4 @@ def test_what_earlier_runs_left_is_offered_whatever_its_time(qtbot, show_window,
 
 def test_a_file_from_the_future_is_never_taken_for_settled(clip, later):
     later(clip)
-    assert not file_signature(clip)[1]
+    assert not file_change_signature(clip)[1]

@@ -12,7 +12,7 @@ from inspector.language import catalogue, tr, translate_core_sentence, use_langu
 from tests.gui.untranslated import code_texts, waits
 from tests.tiers import parametrize
 from twistcore import analyse, read_bvh
-from twistcore.analysis.why_not import why_no_interval_edge, why_peaks_lack_interval
+from twistcore.analysis.why_not import why_frame_bounds_no_interval, why_peaks_lack_interval
 from twistcore.errors import TwistError
 from twistcore.formats.bvh.reader import parse_bvh
 from twistcore.review import Decide, Decision, LeaveOut, Redetect
@@ -50,7 +50,7 @@ def test_no_reason_has_words_of_english(clip, method, tau):
     found = _analysed(clip).detect(method, tau_degrees=tau)
     frames = range(0, found.analysis.motion.frames, 5)
     for name in found.tau:
-        reasons = [why_no_interval_edge(found, name, frame) for frame in frames]
+        reasons = [why_frame_bounds_no_interval(found, name, frame) for frame in frames]
         for reason in (*reasons, *why_peaks_lack_interval(found, name)):
             said = translate_core_sentence(reason.text)
             english = _ENGLISH.search(said) and not waits("de", said)

@@ -16,7 +16,7 @@ from tests.gui.pictures import INJECTED
 from twistcore.analysis.correction.corrected import _has_closed_form
 from twistcore.analysis.correction.twist_removal import refine
 from twistcore.detection.interval import Interval
-from twistcore.detection.interval_offsets import constant_interval
+from twistcore.detection.interval_offsets import new_constant_offset_interval
 from twistcore.review import Insert, Judged
 from twistcore.skeleton.rotation import wrap
 from twistcore.skeleton.signals import twist_signals
@@ -37,7 +37,7 @@ def test_signals_after_from_offsets_equal_those_of_the_corrected_motion(open_doc
             start = int(rng.integers(1, document.frames - 60))
             stop = start + int(rng.integers(1, 50))
             delta = float(rng.uniform(-np.pi, np.pi))
-            document.do(Insert(constant_interval(chain.name, start, stop, delta)))
+            document.do(Insert(new_constant_offset_interval(chain.name, start, stop, delta)))
     clip = document.data
     whole = refine(clip.motion, clip.chains, document.review.state.chosen(undecided=True))
     for chain in clip.chains:

@@ -22,7 +22,7 @@ from inspector.widgets.theme import LIGHT, Colours
 from tests.conftest import ASSETS
 from tests.gui.folders import put_errors, two_takes
 from tests.gui.windows import act, export, open_clip
-from twistcore.export.exported_clips import find_exported_clips
+from twistcore.export.exported_clips import find_exports_and_their_sources
 
 
 def test_the_worst_comes_first_and_the_bad_are_marked(qtbot, queue, tmp_path):
@@ -225,9 +225,9 @@ def test_only_an_export_of_a_clip_here_is_left_out(tmp_path):
     far = Path(shutil.copy(source, tmp_path / "far.bvh"))
     far.with_suffix(".replay.json").write_text('{"clip": "elsewhere.bvh"}')
     assert own.read_bytes() != source.read_bytes()
-    assert find_exported_clips([source, own, far]) == {}
+    assert find_exports_and_their_sources([source, own, far]) == {}
     shutil.copy(source, own)
-    assert find_exported_clips([source, own, far]) == {own: "a.bvh"}
+    assert find_exports_and_their_sources([source, own, far]) == {own: "a.bvh"}
 
 
 @pytest.mark.thorough

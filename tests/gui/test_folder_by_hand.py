@@ -8,7 +8,7 @@ import pytest
 from tests.conftest import ASSETS
 from tests.gui.real_screen import needs_real_screen, real_screen, wait_until, watched
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip import patch_clip
+from twistcore.formats.clip import create_file_patch_for_motion
 from twistcore.skeleton.chain import find_chains
 from twistcore.synthesis import clip_random_generator, draw_errors, inject
 
@@ -28,7 +28,7 @@ def put_errors(path, chains_hit):
     chains = find_chains(clip.motion)
     errors = draw_errors(clip.motion, chains[:chains_hit], clip_random_generator(1, path.name))
     dirty = inject(clip.motion, chains, errors)
-    path.write_bytes(patch_clip(clip, dirty).data)
+    path.write_bytes(create_file_patch_for_motion(clip, dirty).data)
 
 
 @pytest.fixture

@@ -15,9 +15,9 @@ from twistcore.analysis.clip_analysis import detect
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decide, Decision, Review, write_session
 from twistcore.tuning.stated_precision import (
-    corrections_with_confidence,
+    automatic_corrections_with_confidence,
     representative_judging_order,
-    verdicts_on,
+    verdicts_on_automatic_corrections,
 )
 
 
@@ -74,12 +74,14 @@ def test_verdicts_do_not_move_to_other_corrections_after_a_new_analysis(tmp_path
     review = Review(found)
     review.do(Decide((1,), Decision.ACCEPTED, "Ada", "2026-11-01T09:00:00+00:00"))
     write_session(clip, review, session_path(clip.path))
-    every = corrections_with_confidence(found)
+    every = automatic_corrections_with_confidence(found)
     known = {}
     for automatic in (every, every[1:], every[::-1]):
         clips = [QueuedClip(clip.path, automatic=automatic)]
         rows, _, known = _judged(clips, {}, known, lambda _: None)
-        wanted = zip(automatic, verdicts_on(automatic, review.state), strict=True)
+        wanted = zip(
+            automatic, verdicts_on_automatic_corrections(automatic, review.state), strict=True
+        )
         assert {one.correction: one.verdict for one in rows} == dict(wanted)
 
 

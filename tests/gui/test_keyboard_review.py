@@ -10,7 +10,7 @@ from tests.conftest import ASSETS
 from tests.gui.windows import act, wait_until_active
 from twistcore.cli import main as twistcore
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip import patch_clip
+from twistcore.formats.clip import create_file_patch_for_motion
 from twistcore.review import Decision
 from twistcore.skeleton.chain import find_chains
 from twistcore.synthesis import clip_random_generator, draw_errors, inject
@@ -27,7 +27,7 @@ def injected(folder, name):
     errors = draw_errors(clip.motion, chains[::2] + chains[9:], clip_random_generator(3, name))
     dirty = inject(clip.motion, chains, errors)
     path = folder / f"{name}.bvh"
-    path.write_bytes(patch_clip(clip, dirty).data)
+    path.write_bytes(create_file_patch_for_motion(clip, dirty).data)
     return path
 
 

@@ -15,9 +15,9 @@ from inspector.lessons.lesson_file import read_lesson
 from inspector.session.opening import analyse_clip
 from tests.gui.test_tour import ALL, TRANSLATED
 from twistcore.analysis.correction.twist_removal import refine
-from twistcore.analysis.decomposition import WhatIf, decompose, motion_of_altered_frame
+from twistcore.analysis.decomposition import WhatIf, decompose, frame_motion_with_user_changes
 from twistcore.detection import Kind
-from twistcore.detection.paper import running_offset
+from twistcore.detection.paper import paper_detector_running_offset
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import (
@@ -56,7 +56,7 @@ def moved(name, frame, offset=0.0, **what_if):
     """How far P, C and G go by a what-if, cm on a person of 170 cm."""
     turned = {k: np.radians(v) for k, v in what_if.items() if k not in ("counter", "applied")}
     plain = {k: v for k, v in what_if.items() if k in ("counter", "applied")}
-    one = motion_of_altered_frame(
+    one = frame_motion_with_user_changes(
         clip().motion, chain(name), frame, WhatIf(**turned, **plain), offset=offset
     )
     there = forward_kinematics(one)[1][0]
@@ -88,7 +88,7 @@ def pure_twist():
     assert max(p, c) < 1e-9
     axis, joints = captured.w, [getattr(chain(_ARM), j) for j in ("child", "grandchild")]
     turned = [WhatIf(twist=np.radians(a)) for a in (0.0, 30.0, 75.0, 180.0)]
-    poses = [motion_of_altered_frame(clip().motion, chain(_ARM), _AT, one) for one in turned]
+    poses = [frame_motion_with_user_changes(clip().motion, chain(_ARM), _AT, one) for one in turned]
     arms = np.array([np.diff(forward_kinematics(p)[1][0][joints], axis=0)[0] for p in poses])
     assert np.ptp(np.linalg.norm(arms, axis=1)) < 1e-6  # the wrist is on a circle about the bone:
     above = clip().motion.skeleton.parents[chain(_ARM).parent]
@@ -199,7 +199,9 @@ def smaller_of_two():
 
 
 def offset_at(frame):
-    return float(running_offset(clip().signals[_LEG], clip().review.state.tau[_LEG])[frame])
+    return float(
+        paper_detector_running_offset(clip().signals[_LEG], clip().review.state.tau[_LEG])[frame]
+    )
 
 
 def level_shift():
@@ -226,7 +228,7 @@ def apply():
     assert round(np.degrees(before.theta_p - right.theta_p)) == 0
     assert max(moved(_LEG, now, offset=offset, applied=1.0)) < 1e-6
     motion, c = clip().motion, chain(_LEG)
-    one = motion_of_altered_frame(motion, c, now, WhatIf(applied=1.0), offset=offset)
+    one = frame_motion_with_user_changes(motion, c, now, WhatIf(applied=1.0), offset=offset)
     poses = [m.rotations[k] for m, k in ((motion, now), (one, 0))]
     shins = [multiply(q[c.parent], q[c.child]) for q in poses]
     assert float(geodesic_angle(*shins)) < 1e-9  # Eq. 14
@@ -246,7 +248,7 @@ def corrected():
     ]
     offset = float(one.offset[_WITHIN - one.start])
     assert max(moved(_LEG, _WITHIN, offset=offset, applied=1.0)) < 1e-6
-    pose = motion_of_altered_frame(
+    pose = frame_motion_with_user_changes(
         clip().motion, chain(_LEG), _WITHIN, WhatIf(applied=1.0), offset=offset
     )
     clean = clip("walk.bvh").motion.rotations[_WITHIN]
@@ -387,7 +389,10 @@ def plateau():
 def a_success():
     """And the paper's figures, from its section 4.2 [Choi26]."""
     signals = clip(_NOISY).signals[lesson_clip.NOISY]
-    removed = np.degrees(running_offset(signals, np.radians(2.0))[275]) / lesson_clip.TWISTS[2][2]
+    removed = (
+        np.degrees(paper_detector_running_offset(signals, np.radians(2.0))[275])
+        / lesson_clip.TWISTS[2][2]
+    )
     assert removed >= 0.8
     return {"80", f"{100 * removed:.0f}", "70", "94.81", "335004"}
 

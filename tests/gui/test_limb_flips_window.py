@@ -22,7 +22,7 @@ from twistcore.analysis import clip_analysis as core
 from twistcore.analysis.correction.twist_removal import refine
 from twistcore.cli import main
 from twistcore.detection import Kind
-from twistcore.detection.interval_offsets import constant_interval
+from twistcore.detection.interval_offsets import new_constant_offset_interval
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import (
     Decide,
@@ -35,7 +35,7 @@ from twistcore.review import (
     write_session,
 )
 from twistcore.skeleton.chain import find_chains
-from twistcore.skeleton.limb import limb_positions
+from twistcore.skeleton.limb import limb_middle_and_end_positions
 from twistcore.skeleton.rotation import wrap
 from twistcore.tuning import Profile
 
@@ -122,7 +122,7 @@ def test_curves_of_a_limb_follow_its_decisions(opened):
         document.review.state.chosen(undecided=True),
     )
     bent = swivel.height > 0.01
-    again = swivel.angle_at(*limb_positions(refined, document.find_chain(LEG)))
+    again = swivel.angle_at(*limb_middle_and_end_positions(refined, document.find_chain(LEG)))
     assert np.abs(wrap(again - np.radians(now)))[bent].max() < 1e-9
     assert np.allclose(values(opened, "height", "height"), 100.0 * swivel.height)
     jumps = degrees_to_root_scale(np.degrees(np.abs(document.limb.departures)))
@@ -293,7 +293,7 @@ def reviewed_before(kick):
     """A clip, and a review of its chains alone in which a hand-made twist is accepted."""
     clip = read_bvh(kick)
     review = Review.of(core.detect(clip, find_chains(clip.motion), kinds="counter-twist"))
-    review.do(Insert(constant_interval(CHAIN, 100, 120, 0.5)))
+    review.do(Insert(new_constant_offset_interval(CHAIN, 100, 120, 0.5)))
     review.do(Decide((1,), Decision.ACCEPTED))
     return clip, review.state
 

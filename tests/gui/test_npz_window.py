@@ -17,7 +17,7 @@ from tests.messages import names_in_one_line
 from tests.twistcore.amass_files import loaded, write_amass
 from tests.twistcore.pose_layout_files import write_aist
 from twistcore.cli import main as twistcore
-from twistcore.export.exported_clips import find_exported_clips
+from twistcore.export.exported_clips import find_exports_and_their_sources
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.npz.body import BODIES
 from twistcore.review import Decision
@@ -67,7 +67,7 @@ def test_it_is_dropped_judged_exported_and_opened_again(qtbot, window, walk, tmp
     QTest.keyClick(dialog, Qt.Key.Key_Return)
     qtbot.waitUntil(out.exists)
     assert window.exporter.finish()
-    assert find_exported_clips([out, walk]) == {out: walk.name}
+    assert find_exports_and_their_sources([out, walk]) == {out: walk.name}
 
     before, after = loaded(walk), loaded(out)
     assert [*before] == [*after]
@@ -94,10 +94,10 @@ def test_an_export_is_told_from_a_clip_by_its_arrays_where_nothing_else_says(wal
     """Without a session or a report beside it: the same names and sizes, by the usual name."""
     out = walk.with_name("walk_poses_refined.npz")
     out.write_bytes(walk.read_bytes())
-    assert find_exported_clips([out, walk]) == {out: walk.name}
+    assert find_exports_and_their_sources([out, walk]) == {out: walk.name}
     other = read_bvh(INJECTED).motion.sliced(0, 100)
     write_amass(out, other)
-    assert find_exported_clips([out, walk]) == {}
+    assert find_exports_and_their_sources([out, walk]) == {}
 
 
 @pytest.mark.thorough
@@ -126,7 +126,7 @@ def test_a_pickle_of_aist_is_judged_and_exported(qtbot, window, tmp_path):
     was, now = path.read_bytes(), out.read_bytes()
     assert len(was) == len(now)
     assert was != now
-    assert find_exported_clips([out, path]) == {out: path.name}
+    assert find_exports_and_their_sources([out, path]) == {out: path.name}
 
 
 @pytest.mark.thorough

@@ -9,7 +9,7 @@ from inspector.viewport.scene import find_bones
 from tests.gui.pictures import INJECTED
 from twistcore import read_clip
 from twistcore.skeleton.chain import find_chains
-from twistcore.skeleton.figure import figure_size, guess_up, heading
+from twistcore.skeleton.figure import figure_facing_direction, figure_size, guess_up
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import rotate
 
@@ -45,7 +45,7 @@ def test_the_chosen_view_shows_the_limb(name):
     shares = []
     for frame in range(0, len(positions), 15):
         pose = rotations[frame], positions[frame]
-        facing = heading(pose[1], chains, up)
+        facing = figure_facing_direction(pose[1], chains, up)
         side = best_limb_error_view(
             chain, bones, pose, pose, facing, up, skeleton=motion.skeleton, height=height
         )

@@ -11,11 +11,11 @@ from inspector.session.session_files import fallback_session_path, find_existing
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, close_window, decisions, open_clip
 from tests.twistcore.amass_files import write_amass
-from twistcore.export.exported_clips import find_exported_clips
+from twistcore.export.exported_clips import find_exports_and_their_sources
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip_files import clip_paths_in_folder
 from twistcore.review import Decision
-from twistcore.review.folder_sessions import sessions_in
+from twistcore.review.folder_sessions import session_files_by_clip
 
 pytestmark = pytest.mark.thorough
 
@@ -48,10 +48,10 @@ def test_two_clips_of_one_stem_share_neither_session_nor_exports(qtbot, show_win
         *("walk_refined.bvh", *(f"walk_refined.{end}" for end in report)),
         *("walk_refined.npz", *(f"walk_refined.npz.{end}" for end in report)),
     }
-    assert find_exported_clips(clip_paths_in_folder(tmp_path)) == {
+    assert find_exports_and_their_sources(clip_paths_in_folder(tmp_path)) == {
         c.with_stem("walk_refined"): c.name for c in clips
     }
-    found = sessions_in(tmp_path).of
+    found = session_files_by_clip(tmp_path).of
     assert {c.name: s.name for c, s in found.items()} == {
         "walk.bvh": "walk.twist.json",
         "walk.npz": "walk.npz.twist.json",

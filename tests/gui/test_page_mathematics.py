@@ -20,11 +20,11 @@ from inspector.viewport.striped_skin import STATIONS, build_skin, pose_skin
 from twistcore.analysis.decomposition import (
     Decomposition,
     WhatIf,
-    correct_frame,
     decompose,
-    motion_of_altered_frame,
+    detect_and_correct_frame,
+    frame_motion_with_user_changes,
 )
-from twistcore.detection.paper import running_offset
+from twistcore.detection.paper import paper_detector_running_offset
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.motion import forward_kinematics
@@ -132,7 +132,7 @@ def told(motion, chain, frame, what_if, offset, stage, tau):
 
 def numbers_of(motion, chain, frame, what_if, offset, stage, tau):
     """The same frame as the teaching tab knows it."""
-    found = correct_frame(motion, chain, frame, what_if, tau=tau, offset_before=offset)
+    found = detect_and_correct_frame(motion, chain, frame, what_if, tau=tau, offset_before=offset)
     shown = decompose(motion, chain, frame, what_if, offset=found.whole, stage=stage)
     return FrameNumbers(shown, found, staged=stage is not None)
 
@@ -161,7 +161,7 @@ def test_two_hundred_frames_and_what_ifs(engine):
         for name in ("swing_is_one", "n_is_defined", "strength_is_defined"):
             assert theirs["of"]["frame"][name] == getattr(mine.frame, name)
         off = mine.correction.whole
-        one = motion_of_altered_frame(motion, chain, frame, what_if, offset=off, stage=stage)
+        one = frame_motion_with_user_changes(motion, chain, frame, what_if, offset=off, stage=stage)
         rotations, positions = forward_kinematics(one)
         assert np.abs(theirs["world"]["rotations"] - rotations[0]).max() <= EXACT
         scale = motion.skeleton.height
@@ -189,7 +189,7 @@ def test_rows_and_words_say_what_the_program_says(engine):
     rows = [equation for section in SECTIONS for equation in section.rows]
     for chain in clip.chains:
         tau = clip.review.state.tau[chain.name]
-        running = running_offset(clip.signals[chain.name], tau)
+        running = paper_detector_running_offset(clip.signals[chain.name], tau)
         for k, frame in enumerate(range(0, motion.frames, 19)):
             for stage in (None, 0.6, 1.4) if k == 0 else (None,):
                 what_if = WHAT_IFS[k % len(WHAT_IFS)] if stage is None else WhatIf()
@@ -247,7 +247,9 @@ def test_the_family_and_the_axes_of_joints_are_drawn_as_in_the_program(engine, w
     case = (motion, chain, 200, what_if, 0.0, None, 0.05)
     theirs = called(engine, "drawn", json.dumps(told(*case)))
     d = numbers_of(*case).frame
-    rotations, positions = forward_kinematics(motion_of_altered_frame(motion, chain, 200, what_if))
+    rotations, positions = forward_kinematics(
+        frame_motion_with_user_changes(motion, chain, 200, what_if)
+    )
     rotations, positions = rotations[0], positions[0]
     parent, scale = positions[chain.parent], motion.skeleton.height
     unit = float(np.linalg.norm(positions[chain.child] - parent))

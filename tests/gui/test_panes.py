@@ -12,7 +12,7 @@ from inspector.timeline import panes
 from inspector.timeline.plot import plots
 from inspector.timeline.timeline import Timeline
 from inspector.widgets.theme import DARK, Colours
-from twistcore.detection.paper import running_offset
+from twistcore.detection.paper import paper_detector_running_offset
 from twistcore.skeleton.rotation import wrap
 
 SPEED = """
@@ -95,11 +95,11 @@ def test_the_papers_offset_is_drawn_next_to_the_removed_one(qtbot, document):
     timeline.refresh()
     pane, tau = timeline.panes["offset"], document.review.state.tau["LeftForeArm"]
     signals = document.data.signals["LeftForeArm"]
-    expected = np.degrees(wrap(running_offset(signals, tau)))
+    expected = np.degrees(wrap(paper_detector_running_offset(signals, tau)))
     np.testing.assert_allclose(pane.values["running"][0], expected, atol=1e-9)
     document.set_tau(2.0 * tau)
     timeline.refresh()
-    expected = np.degrees(wrap(running_offset(signals, 2.0 * tau)))
+    expected = np.degrees(wrap(paper_detector_running_offset(signals, 2.0 * tau)))
     np.testing.assert_allclose(pane.values["running"][0], expected, atol=1e-9)
     assert "paper's offset" in "".join(text for text, _ in pane.front.title)
     # In an exercise it would show where the hidden errors are, as would all other panes but one.

@@ -14,7 +14,7 @@ from inspector.widgets.axes import degrees_to_root_scale
 from inspector.widgets.theme import DARK, LIGHT, Colours
 from tests.gui.pictures import INJECTED
 from twistcore.detection import DETECTORS, Kind
-from twistcore.detection.interval_offsets import constant_interval
+from twistcore.detection.interval_offsets import new_constant_offset_interval
 from twistcore.review import Decision, Insert
 
 LEFT, NONE = Qt.MouseButton.LeftButton, Qt.MouseButton.NoButton
@@ -539,7 +539,7 @@ def test_another_clip_may_be_jumped_through_at_once(qtbot, timeline, document):
 
 def test_a_crowd_of_regions_is_drawn(qtbot, timeline, document):
     for start in range(0, document.frames - 1, 2):
-        document.do(Insert(constant_interval(document.chain, start, start + 1, 0.1)))
+        document.do(Insert(new_constant_offset_interval(document.chain, start, start + 1, 0.1)))
     timeline.refresh()
     assert not timeline.grab().isNull()
     timeline.visible.show(10, 40)

@@ -26,7 +26,7 @@ from twistcore import read_clip
 from twistcore.detection import Interval, Kind
 from twistcore.review import Insert
 from twistcore.skeleton.chain import find_chains
-from twistcore.skeleton.figure import figure_size, guess_up, heading
+from twistcore.skeleton.figure import figure_facing_direction, figure_size, guess_up
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import normalise, rotate
 
@@ -40,7 +40,7 @@ def test_head_and_chest_look_ahead():
     assert [skeleton.names[front.bone.parent] for front in (chest, head)] == ["Spine1", "Head"]
     assert (chest.face, head.face) == (False, True)
     for frame in range(0, len(positions), 20):
-        facing = heading(positions[frame], chains, up)
+        facing = figure_facing_direction(positions[frame], chains, up)
         for front in (chest, head):
             ahead = rotate(rotations[frame, front.bone.parent], front.bone.normal)
             assert ahead @ facing > 0.7

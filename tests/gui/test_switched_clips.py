@@ -17,7 +17,7 @@ from inspector.session.opening import analyse_file
 from tests.gui.pictures import INJECTED, WALK
 from tests.gui.test_plots import LEFT, NONE, send, shown, spot
 from tests.gui.windows import act, open_clip
-from twistcore.detection.interval_offsets import constant_interval
+from twistcore.detection.interval_offsets import new_constant_offset_interval
 from twistcore.review import Decision
 
 
@@ -99,7 +99,7 @@ def test_a_command_for_an_interval_that_is_gone_is_dropped(document):
     state, gone = document.review.state, 1 + max((j.id for j in document.intervals), default=0)
     told = []
     document.message.connect(lambda _text, wrong: told.append(wrong))
-    document.edit(gone, constant_interval(document.chain, 3, 9, 1.0))
+    document.edit(gone, new_constant_offset_interval(document.chain, 3, 9, 1.0))
     document.decide(Decision.ACCEPTED, [gone])
     document.select_interval(gone)
     assert document.review.state is state

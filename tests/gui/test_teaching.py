@@ -30,7 +30,7 @@ from tests.conftest import ASSETS
 from tests.gui.other_fonts import other_font
 from tests.gui.pictures import grabbed, near
 from tests.gui.windows import act
-from twistcore.analysis.decomposition import WhatIf, decompose, twist_swing_factors
+from twistcore.analysis.decomposition import WhatIf, decompose, twist_times_swing_factors
 from twistcore.skeleton.rotation import (
     multiply,
     quaternion_from_euler,
@@ -466,7 +466,7 @@ def test_other_forms_are_told_where_they_are_unfolded(qtbot, taught):
     qtbot.mouseClick(forms.head, Qt.MouseButton.LeftButton, pos=QPoint(20, 6))
     d = frame.quantities
     assert read(forms.values["n"].text()) == pytest.approx(d.n, abs=6e-4)
-    _, after = twist_swing_factors(d.q, d.a)
+    _, after = twist_times_swing_factors(d.q, d.a)
     other = after[1:] / np.linalg.norm(after[1:])
     assert read(forms.values["n_after"].text()) == pytest.approx(other, abs=6e-4)
     plus = read(forms.values["theta_p"].text())

@@ -27,7 +27,7 @@ from tests.tiers import parametrize
 from twistcore.detection import Kind
 from twistcore.errors import TwistError
 from twistcore.review import Decide, Decision, replay_journal
-from twistcore.study.exercise import score_exercise
+from twistcore.study.exercise import score_review_of_hidden_errors
 from twistcore.synthesis.truth import read_truth
 
 ONE_WINDOW = True
@@ -408,7 +408,7 @@ def test_an_exercise_is_the_same_for_its_seed(tmp_path):
     assert listed == [(j.interval.chain, j.interval.start) for j in again.review.state.intervals]
     assert [e.start for e in errors] == [e.start for e in same]
     assert all(j.interval.confidence is None for j in one.review.state.intervals)  # no hint
-    assert score_exercise(errors, one.review.state.intervals).left == len(listed)
+    assert score_review_of_hidden_errors(errors, one.review.state.intervals).left == len(listed)
 
 
 @pytest.mark.thorough

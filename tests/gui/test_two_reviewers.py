@@ -15,7 +15,7 @@ from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, close_window, open_clip, press, wait_until_active
 from twistcore.analysis.clip_analysis import detect
 from twistcore.cli import main as twistcore
-from twistcore.detection.interval_offsets import constant_interval, resized
+from twistcore.detection.interval_offsets import new_constant_offset_interval, resized_interval
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import (
     Annotate,
@@ -62,9 +62,9 @@ def ben(clip):
     """Opposite to Ada on 3 and 5, longer at 2, alone on 4, and with a ninth interval."""
     one = Review(detect(clip)).state.find(2).interval
     more = (
-        Edit(2, resized(one, one.start, one.stop + 3)),
+        Edit(2, resized_interval(one, one.start, one.stop + 3)),
         Annotate(3, "looks natural", "motion"),
-        Insert(constant_interval("LeftArm", 300, 310, 0.4)),
+        Insert(new_constant_offset_interval("LeftArm", 300, 310, 0.4)),
         Decide((9,), A, "Ben", LATER),
     )
     return written(clip, "Ben", (1, 2, 4), (3, 5, 6), LATER, *more)

@@ -22,8 +22,8 @@ from tests.twistcore.test_verdicts import together
 from twistcore.analysis.clip_analysis import detect
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decide, Decision, LeaveOut, Review, write_session
-from twistcore.tuning.verdict_curve import verdict_curve
-from twistcore.tuning.verdicts_of import is_counter_twist_verdict
+from twistcore.tuning.verdict_curve import tau_curve_from_verdicts
+from twistcore.tuning.verdicts_of import is_judged_counter_twist
 
 ONE_WINDOW = True
 
@@ -238,18 +238,18 @@ def test_the_sure_ones_are_no_verdicts_until_each_is_looked_at(qtbot, window):
     assert document.accept_undecided(0.5)
     sure = [j for j in document.intervals if j.decision == Decision.ACCEPTED]
     assert sure
-    assert not any(map(is_counter_twist_verdict, sure))
+    assert not any(map(is_judged_counter_twist, sure))
     document.decide(Decision.ACCEPTED, [sure[0].id])  # A, on one that is accepted already
-    assert is_counter_twist_verdict(document.review.state.find(sure[0].id))
+    assert is_judged_counter_twist(document.review.state.find(sure[0].id))
 
 
 def test_what_a_chain_still_needs_is_said():
     clips = together(folder_of([30.0] * 12, [], 4, "L"), folder_of([], [3.0] * 3, 4, "X"))
-    few = Scope("X", tuple(clips), verdict_curve(clips, "X"), chain="X")
+    few = Scope("X", tuple(clips), tau_curve_from_verdicts(clips, "X"), chain="X")
     words = "2 more verdicts on this chain are needed to suggest a τ for this group."
     assert needed_verdicts_sentence(few) == words
     clips = folder_of([30.0] * 9, [3.0] * 9, 4)
-    every = Scope("This rig", tuple(clips), verdict_curve(clips))
+    every = Scope("This rig", tuple(clips), tau_curve_from_verdicts(clips))
     words = "1 more accepted interval is needed to suggest a τ for this group."
     assert needed_verdicts_sentence(every) == words
 

@@ -7,7 +7,7 @@ from inspector.recording.choice import RecordChoice, Shot
 from inspector.recording.stage import Shown, Stage
 from inspector.widgets.axes import root_scale_to_degrees
 from inspector.widgets.theme import DARK
-from twistcore.analysis.decomposition import WhatIf, motion_of_altered_frame
+from twistcore.analysis.decomposition import WhatIf, frame_motion_with_user_changes
 from twistcore.skeleton.rotation import wrap
 from twistcore.skeleton.signals import twist_signals
 
@@ -38,7 +38,7 @@ def dots(timeline):
 def would_be(window, frame):
     """Signals of the clip with the frame altered, computed over the whole clip."""
     motion, chain = window.document.data.motion, window.taught.chain
-    one = motion_of_altered_frame(motion, chain, frame, window.taught.what_if)
+    one = frame_motion_with_user_changes(motion, chain, frame, window.taught.what_if)
     rotations = motion.rotations.copy()
     rotations[frame] = one.rotations[0]
     return twist_signals(motion.with_rotations(rotations), chain)

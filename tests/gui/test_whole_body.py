@@ -18,7 +18,7 @@ from tests.gui.windows import act, open_clip
 from tests.twistcore.test_all_joints import stepping
 from twistcore.detection import Kind
 from twistcore.detection.error_label import error_label
-from twistcore.detection.interval_offsets import constant_interval
+from twistcore.detection.interval_offsets import new_constant_offset_interval
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
 from twistcore.review import Decide, Decision, Insert, session_bytes
@@ -103,7 +103,7 @@ def test_it_is_listed_with_every_chain_and_hidden_with_all(window, step):
 def with_errors_of_another_chain(document):
     """Two errors made by hand in the forearm, one before the step and one after it."""
     for start in (50, 200):
-        document.do(Insert(constant_interval("LeftForeArm", start, start + 20, 0.4)))
+        document.do(Insert(new_constant_offset_interval("LeftForeArm", start, start + 20, 0.4)))
     return [j for j in document.intervals if j.interval.chain == "LeftForeArm"]
 
 

@@ -3,7 +3,10 @@
 import numpy as np
 from hypothesis import strategies as st
 
-from twistcore.detection.counter_twist.counter_rotation import CounterRotation, combine_residuals
+from twistcore.detection.counter_twist.counter_rotation import (
+    CounterRotation,
+    combine_counter_rotation_residuals,
+)
 from twistcore.skeleton.rotation import wrap
 
 seeds = st.integers(0, 2**32 - 1)
@@ -27,7 +30,7 @@ def counter_of(seed, chains=2, frames=90, jumps=0.08):
         residual[0, row, at] += turn * (way != "y")
         residual[1, row, at] -= turn * (way != "x") * (0.7 if way == "apart" else 1.0)
     residual = wrap(residual)
-    d, apart, sigma_d, sigma_apart = combine_residuals(residual, sigma)
+    d, apart, sigma_d, sigma_apart = combine_counter_rotation_residuals(residual, sigma)
     denied = np.abs(apart) > 0.4 * np.abs(d) + 3.0 * sigma_apart
     event = (np.abs(d) > 4.0 * sigma_d) & ~denied
     lone = (np.abs(residual) > 6.0 * sigma).any(axis=0)

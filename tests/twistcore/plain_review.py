@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from twistcore.detection import Kind
-from twistcore.detection.interval_offsets import constant_interval
+from twistcore.detection.interval_offsets import new_constant_offset_interval
 from twistcore.review import Decision, Review, start_review
 
 ARM, LEG = "Arm", "Leg"
@@ -13,7 +13,7 @@ JUMP = Kind.LONE_JUMP
 
 
 def made(chain, start, stop, degrees=10.0, **more):
-    return replace(constant_interval(chain, start, stop, np.radians(degrees)), **more)
+    return replace(new_constant_offset_interval(chain, start, stop, np.radians(degrees)), **more)
 
 
 FOUND = (

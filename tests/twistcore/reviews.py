@@ -11,7 +11,11 @@ from tests.conftest import ASSETS
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import refine
 from twistcore.detection import Interval, Kind
-from twistcore.detection.interval_offsets import constant_interval, resized, with_median_offset
+from twistcore.detection.interval_offsets import (
+    interval_with_given_median_offset,
+    new_constant_offset_interval,
+    resized_interval,
+)
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.detection.limb_flips import analyse_limbs as known
 from twistcore.formats.bvh import read_bvh
@@ -142,7 +146,7 @@ def commands(state):
         st.builds(
             lambda i, grow: Edit(
                 i,
-                resized(
+                resized_interval(
                     state.find(i).interval,
                     state.find(i).interval.start,
                     state.find(i).interval.stop + grow,
@@ -152,12 +156,13 @@ def commands(state):
             st.integers(0, 5),
         ),
         st.builds(
-            lambda i, d: Edit(i, with_median_offset(state.find(i).interval, d)),
+            lambda i, d: Edit(i, interval_with_given_median_offset(state.find(i).interval, d)),
             ids,
             st.floats(-3, 3),
         ),
         st.builds(
-            lambda s: Insert(constant_interval("LeftArm", s, s + 4, 0.5)), st.integers(0, 300)
+            lambda s: Insert(new_constant_offset_interval("LeftArm", s, s + 4, 0.5)),
+            st.integers(0, 300),
         ),
         st.builds(lambda s: LeaveOut(((s, s + 9), (s + 5, 340))), st.integers(0, 300)),
         st.just(CarryOver(fresh().state.intervals[:3])),

@@ -11,7 +11,7 @@ from tests.messages import refused
 from tests.twistcore.reviews import flip
 from twistcore.analysis.clip_analysis import detect
 from twistcore.cli import main
-from twistcore.detection.interval_offsets import constant_interval, resized
+from twistcore.detection.interval_offsets import new_constant_offset_interval, resized_interval
 from twistcore.errors import ClipMismatchError
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import (
@@ -55,12 +55,12 @@ def reviewed(name, accepted=(), rejected=(), *more, at=THEN):
 
 def longer(state, number, frames=3):
     one = state.find(number).interval
-    return Edit(number, resized(one, one.start, one.stop + frames))
+    return Edit(number, resized_interval(one, one.start, one.stop + frames))
 
 
 START = Review(FOUND).state
 ADA = reviewed("Ada", (1, 2, 3, 5), (6,))
-BY_HAND = constant_interval("LeftArm", 300, 310, 0.4)
+BY_HAND = new_constant_offset_interval("LeftArm", 300, 310, 0.4)
 BEN = reviewed(
     "Ben", (1, 2, 4), (3, 5, 6), longer(START, 2), Annotate(3, "natural", "motion"),
     Insert(BY_HAND), Decide((9,), A, "Ben", LATER), at=LATER,
@@ -114,7 +114,7 @@ def test_pairs_need_the_chain_and_kind_and_the_largest_overlap_is_first():
     def listed(*spans, chain="LeftArm"):
         found = START.with_intervals(())
         for start, stop in spans:
-            found = Insert(constant_interval(chain, start, stop, 0.4)).apply(found)
+            found = Insert(new_constant_offset_interval(chain, start, stop, 0.4)).apply(found)
         return found.intervals
 
     mine, theirs = listed((10, 40), (40, 50)), listed((5, 12), (12, 41), (60, 70))
@@ -206,18 +206,20 @@ def test_what_the_first_left_undecided_is_taken_unless_it_would_be_added_twice()
 
     assert taken(ADA) == {4: "Ben", 20: "Ben"}
     assert taken(longer(ADA, 4).apply(ADA)) == {20: "Ben"}  # my own edit
-    two = Insert(constant_interval("LeftArm", 320, 330, 0.4)).apply(BEN)
+    two = Insert(new_constant_offset_interval("LeftArm", 320, 330, 0.4)).apply(BEN)
     two = Decide((10,), A, "Ben", LATER).apply(two)
     assert taken(ADA, two).keys() == {4, 20, 21}
     # Mine is the pair of one, and overlaps the other of the same chain as well.
-    mine = Insert(constant_interval("LeftArm", 305, 330, 0.4)).apply(ADA)
+    mine = Insert(new_constant_offset_interval("LeftArm", 305, 330, 0.4)).apply(ADA)
     assert taken(mine, two).keys() == {4}
     # Theirs is the pair of one that I left undecided, and overlaps another of mine as well.
     stop = ADA.find(4).interval.stop
-    mine = Insert(constant_interval(ADA.find(4).interval.chain, stop + 5, stop + 15, 0.4)).apply(
-        ADA
+    mine = Insert(
+        new_constant_offset_interval(ADA.find(4).interval.chain, stop + 5, stop + 15, 0.4)
+    ).apply(ADA)
+    longer_by_six = Edit(
+        4, resized_interval(ADA.find(4).interval, ADA.find(4).interval.start, stop + 6)
     )
-    longer_by_six = Edit(4, resized(ADA.find(4).interval, ADA.find(4).interval.start, stop + 6))
     assert 4 in taken(ADA, longer_by_six.apply(BEN))
     assert 4 not in taken(mine, longer_by_six.apply(BEN))
 

@@ -225,7 +225,7 @@ def test_every_joint_has_a_chain_that_lists_it():
     by_name = {NAMES[joint]: chain.name for joint, chain in owner.items()}
     assert by_name["LeftHandIndex1"] == by_name["LeftHand"] == "LeftForeArm"
     assert by_name["RightToeBase"] == by_name["RightFoot"] == "RightLeg"
-    small = {NAMES[j] for j in joint_owners.toes_and_fingers(WALK.skeleton, chains)}
+    small = {NAMES[j] for j in joint_owners.joints_below_hands_and_feet(WALK.skeleton, chains)}
     assert {"LeftToeBase", "RThumb"} <= small
     assert not {"LeftFoot", "LeftHand", "Head", "Spine"} & small
 

@@ -19,7 +19,7 @@ from twistcore.analysis.correction.twist_removal import (
 from twistcore.cli import main
 from twistcore.errors import AmcError
 from twistcore.formats.amc import parse_amc, parse_asf, read_amc
-from twistcore.formats.clip import changed_rotations, patch_clip, write_clip
+from twistcore.formats.clip import changed_rotations, create_file_patch_for_motion, write_clip
 from twistcore.formats.reading import read_clip
 from twistcore.review import Review, session_bytes
 from twistcore.skeleton.chain import uncorrectable_joints
@@ -85,8 +85,10 @@ def test_joints_are_where_the_documentation_of_the_format_puts_them(full):
 
 @pytest.mark.parametrize("clip", [FULL, FEW], ids=["full", "few"])
 def test_what_is_not_changed_keeps_every_byte(clip):
-    assert patch_clip(clip, clip.motion).data == clip.data
-    again = patch_clip(clip, replace(clip.motion, rotations=clip.motion.rotations.copy()))
+    assert create_file_patch_for_motion(clip, clip.motion).data == clip.data
+    again = create_file_patch_for_motion(
+        clip, replace(clip.motion, rotations=clip.motion.rotations.copy())
+    )
     assert again.data == clip.data
 
 
@@ -235,7 +237,9 @@ def test_radians_mean_the_same_and_stay_radians():
     assert geodesic_angle(clip.motion.rotations, FULL.motion.rotations).max() < 1e-9
     turned = clip.motion.rotations.copy()
     turned[3] = FULL.motion.rotations[90]
-    again = parse_amc(patch_clip(clip, clip.motion.with_rotations(turned)).data, FULL.asf)
+    again = parse_amc(
+        create_file_patch_for_motion(clip, clip.motion.with_rotations(turned)).data, FULL.asf
+    )
     assert geodesic_angle(again.motion.rotations, turned).max() < 1e-9
 
 
@@ -256,7 +260,9 @@ def test_the_root_starts_elsewhere():
     np.testing.assert_allclose(moved, np.broadcast_to([1.0, 2.0, 3.0], moved.shape))
     there = clip.motion.positions.copy()
     there[9, 0, 1] += 0.5
-    again = parse_amc(patch_clip(clip, replace(clip.motion, positions=there)).data, asf)
+    again = parse_amc(
+        create_file_patch_for_motion(clip, replace(clip.motion, positions=there)).data, asf
+    )
     np.testing.assert_allclose(again.motion.positions, there, atol=1e-6)
     assert again.values[9, 1] == pytest.approx(FULL.values[9, 1] + 0.5)
 
@@ -357,7 +363,9 @@ def test_a_last_frame_that_was_cut_off_is_left_out_and_told():
     assert len(clip.warnings) == len(FEW.warnings) + 1
     turned = clip.motion.rotations.copy()
     turned[-1, 0] = turned[40, 0]
-    again = parse_amc(patch_clip(clip, clip.motion.with_rotations(turned)).data, FEW.asf)
+    again = parse_amc(
+        create_file_patch_for_motion(clip, clip.motion.with_rotations(turned)).data, FEW.asf
+    )
     assert geodesic_angle(again.motion.rotations, turned).max() < 1e-7
 
 
@@ -366,5 +374,7 @@ def test_control_characters_in_comments_move_no_number():
     clip = parse_amc(data, FEW.asf)
     turned = clip.motion.rotations.copy()
     turned[50, 0] = turned[90, 0]
-    again = parse_amc(patch_clip(clip, clip.motion.with_rotations(turned)).data, FEW.asf)
+    again = parse_amc(
+        create_file_patch_for_motion(clip, clip.motion.with_rotations(turned)).data, FEW.asf
+    )
     assert geodesic_angle(again.motion.rotations, turned).max() < 1e-7

@@ -12,7 +12,7 @@ from tests.twistcore.reviews import find_flips, flip, spun
 from twistcore.analysis.clip_severity import severity_of_intervals
 from twistcore.batch import survey_clip
 from twistcore.detection import Interval, Kind
-from twistcore.detection.interval_offsets import constant_interval
+from twistcore.detection.interval_offsets import new_constant_offset_interval
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
 from twistcore.tuning import Profile
@@ -25,7 +25,9 @@ def bad(*intervals, frames=100, fps=10.0):
 
 
 def test_severity_is_the_root_mean_square_weighed_by_confidence_and_joint():
-    error = constant_interval("LeftArm", 10, 19, np.radians(-30.0))  # with 0.1 s of edge ten frames
+    error = new_constant_offset_interval(
+        "LeftArm", 10, 19, np.radians(-30.0)
+    )  # with 0.1 s of edge ten frames
     assert bad(error) == pytest.approx(30.0 * math.sqrt(0.1))
     assert bad(replace(error, confidence=0.25)) == pytest.approx(15.0 * math.sqrt(0.1))
     assert bad(replace(error, confidence=0.0)) == 0.0
@@ -37,7 +39,7 @@ def test_severity_is_the_root_mean_square_weighed_by_confidence_and_joint():
 
 
 def test_a_find_left_to_a_person_counts_as_it_is_sure():
-    error = constant_interval("LeftArm", 10, 20, 0.5)
+    error = new_constant_offset_interval("LeftArm", 10, 20, 0.5)
     assert bad(replace(error, open=True)) == bad(error)
 
 
@@ -62,9 +64,11 @@ def test_jumps_that_nothing_takes_out_make_a_clip_bad():
 
 
 def test_a_knee_on_the_wrong_side_outweighs_a_small_guess_that_lasts():
-    knee = constant_interval("LeftUpLeg", 30, 40, np.radians(175.0))
+    knee = new_constant_offset_interval("LeftUpLeg", 30, 40, np.radians(175.0))
     knee = replace(knee, kind=Kind.LIMB_FLIP, confidence=0.95)
-    guess = replace(constant_interval("RightForeArm", 0, 2200, np.radians(8.0)), confidence=0.5)
+    guess = replace(
+        new_constant_offset_interval("RightForeArm", 0, 2200, np.radians(8.0)), confidence=0.5
+    )
     frames = {"frames": 2400, "fps": 120.0}
     assert bad(knee, **frames) > 3.0 * bad(guess, **frames)
 

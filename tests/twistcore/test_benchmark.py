@@ -34,7 +34,7 @@ from twistcore.study.benchmark.clip_run import (
 )
 from twistcore.study.benchmark.clip_scene import make_clean_scene
 from twistcore.study.benchmark.filtering_cost import measure_fidelity
-from twistcore.study.benchmark.hinge import hinge_offsets
+from twistcore.study.benchmark.hinge import benchmark_hinge_correction_offsets
 from twistcore.study.benchmark.markdown import aligned_markdown_table, benchmark_to_markdown
 from twistcore.study.benchmark.passes import (
     apply_benchmark_method,
@@ -325,7 +325,7 @@ def test_the_hinge_repairs_a_bent_limb_and_takes_pronation_for_an_error():
     offset = np.zeros(motion.frames)
     offset[bent] = 0.5
     wrong = remove_twist(motion, [thigh], {thigh.name: -offset})
-    found = hinge_offsets(wrong, [thigh, replace(hand, grandchild=-1)])
+    found = benchmark_hinge_correction_offsets(wrong, [thigh, replace(hand, grandchild=-1)])
     assert set(found) == {thigh.name}
     np.testing.assert_allclose(found[thigh.name][bent], 0.5, atol=0.05)
     outcome = apply_benchmark_method("hinge", wrong, [thigh])

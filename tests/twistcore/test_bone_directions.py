@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.messages import names_in_one_line
-from twistcore.skeleton.body import is_offset_long_enough
+from twistcore.skeleton.body import has_bone_offset_direction
 from twistcore.skeleton.chain import (
     Chain,
     find_chains,
@@ -198,11 +198,11 @@ def test_a_line_much_shorter_than_the_longest_is_no_limb(length, expected):
 def test_a_bone_that_has_length_in_some_frame_counts():
     skeleton = lines(1.0).skeleton
     places = np.zeros((4, 3))
-    assert not is_offset_long_enough(skeleton, places)
+    assert not has_bone_offset_direction(skeleton, places)
     places[2] = 1.3e-5, 0, 0
-    assert is_offset_long_enough(skeleton, places)
+    assert has_bone_offset_direction(skeleton, places)
     places[2] = 1.1e-5, 0, 0
-    assert not is_offset_long_enough(skeleton, places)
+    assert not has_bone_offset_direction(skeleton, places)
 
 
 # -- what belongs together -------------------------------------------------------------------------

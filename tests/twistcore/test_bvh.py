@@ -13,7 +13,7 @@ from tests.twistcore.strategies import orders, quaternions
 from twistcore.errors import BvhError
 from twistcore.formats.bvh import decimated, parse_bvh, read_bvh
 from twistcore.formats.bvh.euler_branch import continuous_euler_angles
-from twistcore.formats.clip import patch_clip, write_clip
+from twistcore.formats.clip import create_file_patch_for_motion, write_clip
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import geodesic_angle, multiply, quaternion_from_euler
 
@@ -77,7 +77,7 @@ def test_written_rotations_are_read_back(order, rotations, data):
     stop = data.draw(st.integers(first + 1, len(rotations)))
     q[first:stop, 1] = rotations[first:stop]
     moved = clip.motion.with_rotations(q)
-    again = parse_bvh(patch_clip(clip, moved).data)
+    again = parse_bvh(create_file_patch_for_motion(clip, moved).data)
     assert geodesic_angle(again.motion.rotations, q).max() < 1e-6
     np.testing.assert_array_equal(again.values[:, :6], clip.values[:, :6])
 
@@ -90,7 +90,7 @@ def test_line_ends_are_kept(newline):
     q = clip.motion.rotations.copy()
     q[1, 1] = [0.5, 0.5, 0.5, 0.5]
     moved = clip.motion.with_rotations(q)
-    data = patch_clip(clip, moved).data
+    data = create_file_patch_for_motion(clip, moved).data
     assert data.count(newline.encode()) == clip.data.count(newline.encode())
     before, after = clip.data.split(), data.split()
     assert len(before) == len(after)

@@ -15,9 +15,9 @@ from twistcore.formats.bvh import parse_bvh, read_bvh, write_motion
 from twistcore.formats.bvh.euler_branch import (
     _cheapest_path,
     continuous_euler_angles,
-    euler_angle_jumps,
+    euler_jump_rows_and_channels,
 )
-from twistcore.formats.clip import changed_rotations, patch_clip
+from twistcore.formats.clip import changed_rotations, create_file_patch_for_motion
 from twistcore.skeleton.rotation import (
     euler_from_quaternion,
     exponential,
@@ -106,7 +106,7 @@ def test_a_jump_that_must_stay_is_reported():
     before, after = np.zeros(3), np.array([0.0, 0.0, 2 * np.pi])
     found = continuous_euler_angles("ZYX", q, np.zeros((5, 3)), before, after)
     steps = np.diff(np.vstack([before, found, after]), axis=0)
-    ((row, channel),) = euler_angle_jumps(found, before, after)
+    ((row, channel),) = euler_jump_rows_and_channels(found, before, after)
     assert channel == 2
     assert steps[row, channel] == pytest.approx(2 * np.pi)
     steps[row, channel] = 0.0
@@ -119,7 +119,7 @@ def test_a_long_run_with_a_turn_left_over_is_quick():
     angles = np.stack([t, 0.3 * np.sin(t), 0 * t], axis=1)
     q = quaternion_from_euler("ZYX", angles)
     found = continuous_euler_angles("ZYX", q, np.zeros((len(q), 3)), np.zeros(3), np.zeros(3))
-    assert len(euler_angle_jumps(found, np.zeros(3), np.zeros(3))) == 1
+    assert len(euler_jump_rows_and_channels(found, np.zeros(3), np.zeros(3))) == 1
 
 
 # -- every frame is written anew: only the file's own angles say which curves are meant -----------
@@ -182,7 +182,7 @@ def test_a_clip_turned_slightly_everywhere_keeps_its_curves(order, beyond, tmp_p
         rng = np.random.default_rng(seed)
         turn = exponential(np.radians(0.5) * rng.standard_normal((1, len(clip.channels), 3)))
         moved = clip.motion.with_rotations(multiply(turn, clip.motion.rotations))
-        again = parse_bvh(patch_clip(clip, moved).data)
+        again = parse_bvh(create_file_patch_for_motion(clip, moved).data)
         assert furthest(clip, again) < 60.0
         assert geodesic_angle(again.motion.rotations, moved.rotations).max() < 1e-6
 
@@ -240,7 +240,7 @@ def test_a_turn_over_the_pole_does_not_leave_the_file_behind():
     found = continuous_euler_angles("ZXY", q, own, None, None)
     away = np.abs(np.cos(s)) > 0.3
     assert np.degrees(np.abs(found - own)[away]).max() < 30.0
-    assert not euler_angle_jumps(found, None, None)
+    assert not euler_jump_rows_and_channels(found, None, None)
 
 
 def test_a_file_that_wraps_is_written_without_jumps_on_the_turn_of_most_frames():
@@ -249,7 +249,7 @@ def test_a_file_that_wraps_is_written_without_jumps_on_the_turn_of_most_frames()
     own = angles + 2 * np.pi * np.stack([-1.0 * (t > np.pi), 0 * t, 2 * (t > np.pi / 2)], axis=1)
     q = multiply(exponential(np.full((1, 3), 1e-3)), quaternion_from_euler("ZYX", angles))
     found = continuous_euler_angles("ZYX", q, own, None, None)
-    assert not euler_angle_jumps(found, None, None)
+    assert not euler_jump_rows_and_channels(found, None, None)
     turns = np.array([0.0, 0.0, 4 * np.pi])
     np.testing.assert_allclose(found, angles + turns, atol=0.1)
 

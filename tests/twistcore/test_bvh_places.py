@@ -9,7 +9,7 @@ import pytest
 from twistcore import detect, find_chains, read_clip, write_clip
 from twistcore.formats.bvh import parse_bvh
 from twistcore.formats.bvh.channels import with_offsets_from_positions
-from twistcore.skeleton.figure import figure_size, guess_up, heading
+from twistcore.skeleton.figure import figure_facing_direction, figure_size, guess_up
 from twistcore.skeleton.motion import Skeleton, forward_kinematics
 
 SAMPLE = Path("assets/walk_injected.bvh")
@@ -72,7 +72,14 @@ def test_height_up_and_heading_are_the_same_as_with_offsets(both):
         chains = find_chains(motion)
         up = guess_up(positions, chains, motion.skeleton)
         size = figure_size(positions, motion.skeleton)
-        seen.append([motion.skeleton.height, size, *up, *heading(positions[100], chains, up)])
+        seen.append(
+            [
+                motion.skeleton.height,
+                size,
+                *up,
+                *figure_facing_direction(positions[100], chains, up),
+            ]
+        )
     np.testing.assert_allclose(seen[0], seen[1], rtol=1e-6, atol=1e-6)
     assert seen[0][0] > 10.0
 

@@ -12,7 +12,7 @@ from tests.twistcore.test_bvh_numbers import MIXED
 from twistcore.errors import TwistError
 from twistcore.files.atomic import STANDARD_OUTPUT
 from twistcore.formats.bvh import parse_bvh, read_bvh, write_motion
-from twistcore.formats.clip import patch_clip, write_clip
+from twistcore.formats.clip import create_file_patch_for_motion, write_clip
 from twistcore.skeleton.motion import Motion, Skeleton, forward_kinematics
 from twistcore.skeleton.rotation import geodesic_angle, normalise, quaternion_from_axis_angle
 
@@ -168,7 +168,7 @@ def test_beside_an_angle_of_millions_of_turns_the_rotations_are_still_the_correc
     clip = parse_bvh(data)
     rotations = clip.motion.rotations.copy()
     rotations[10:20, joint] = quaternion_from_axis_angle(np.array([0.6, 0.0, 0.8]), 0.5)
-    patch = patch_clip(clip, clip.motion.with_rotations(rotations))
+    patch = create_file_patch_for_motion(clip, clip.motion.with_rotations(rotations))
     again = parse_bvh(patch.data).motion.rotations
     assert geodesic_angle(again, rotations).max() < 1e-5
     assert [jump.frame for jump in patch.jumps] == [20]

@@ -17,15 +17,15 @@ from tests.twistcore.test_noise_bursts import ARM, HAND, START, STOP, WALK, nois
 from twistcore.analysis.clip_analysis import REPAIRED, analyse
 from twistcore.analysis.clip_severity import measure_clip_severity
 from twistcore.analysis.correction.twist_removal import automatic_corrections
-from twistcore.analysis.why_not import Why, why_no_interval_edge
+from twistcore.analysis.why_not import Why, why_frame_bounds_no_interval
 from twistcore.batch.gates import broken_rules, parse_batch_rule
-from twistcore.cli.interval_words import kind_counts_text, uncorrectable_counts
+from twistcore.cli.interval_words import error_kind_counts_text, uncorrectable_counts
 from twistcore.detection import Kind
 from twistcore.detection.capture_faults import burst_intervals
 from twistcore.detection.noise_bursts import NoiseBurst
 from twistcore.export.detection_json import intervals_to_json
 from twistcore.formats.bvh import parse_bvh, read_bvh
-from twistcore.formats.clip import patch_clip
+from twistcore.formats.clip import create_file_patch_for_motion
 from twistcore.report.clip_report import write_clip_report
 from twistcore.report.document import Report
 from twistcore.review import Decide, Decision, Edit, Review
@@ -46,7 +46,7 @@ def faulty():
 def faulty_clip():
     """The same as a BVH file has it."""
     source = read_bvh(ASSETS / "walk.bvh")
-    return parse_bvh(patch_clip(source, faulty()).data, source.path)
+    return parse_bvh(create_file_patch_for_motion(source, faulty()).data, source.path)
 
 
 @pytest.fixture(scope="module")
@@ -197,7 +197,7 @@ def test_a_session_brings_the_rows_back(found, clip, tmp_path):
 def test_counts_in_words(found):
     rows = [*of(found, Kind.NOISE_BURST), *of(found, Kind.FROZEN)]
     assert uncorrectable_counts(rows) == ", 2 noise bursts, 1 frozen span"
-    assert kind_counts_text(rows) == " (2 noise bursts, 1 frozen span)"
+    assert error_kind_counts_text(rows) == " (2 noise bursts, 1 frozen span)"
     assert uncorrectable_counts(rows[:1], " seen") == ", 1 noise burst seen"
 
 
@@ -225,10 +225,10 @@ def test_severity_does_not_count_them(found):
 
 
 def test_a_frame_in_a_burst_is_explained_by_it(found):
-    reason = why_no_interval_edge(found, "LeftArm", (START + STOP) // 2)
+    reason = why_frame_bounds_no_interval(found, "LeftArm", (START + STOP) // 2)
     assert reason.why == Why.INTERVAL
     assert "noise burst" in reason.text
-    held = why_no_interval_edge(found, "RightShoulder", 70)
+    held = why_frame_bounds_no_interval(found, "RightShoulder", 70)
     assert "frozen frames" in held.text
 
 

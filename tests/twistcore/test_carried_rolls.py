@@ -11,7 +11,7 @@ from tests.conftest import ASSETS
 from tests.tiers import parametrize
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import automatic_corrections
-from twistcore.detection.carried_rolls import bent_frames, is_carried
+from twistcore.detection.carried_rolls import bent_frames, is_roll_carried_to_child
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import geodesic_angle
 from twistcore.synthesis import InjectedError, inject
@@ -88,19 +88,19 @@ def test_at_an_edge_the_motion_before_and_after_it_is_subtracted():
     found = tc.Interval("LeftArm", 20, 30, np.ones(10), explain=lambda: edges)
     signals.x[20] = signals.roll_turns[20] = 20.0
     signals.azimuth_turns[20] = -11.0
-    assert not is_carried(signals, found)
+    assert not is_roll_carried_to_child(signals, found)
     for beyond in (slice(0, 20), slice(21, 40)):
         signals.azimuth_turns[beyond] = 18.0  # so that 9 of the 11 degrees are motion
-        assert is_carried(signals, found)
+        assert is_roll_carried_to_child(signals, found)
         signals.azimuth_turns[beyond] = 0.0
     grows = replace(found, explain=None, offset=np.minimum(np.arange(1.0, 11.0), 4.0))
     for name, sign in (("x", 1.0), ("azimuth_turns", -1.0), ("roll_turns", 1.0)):
         turns[name][20:24], turns[name][24:30] = 5.0 * sign, 0.0
-    assert is_carried(signals, grows)
+    assert is_roll_carried_to_child(signals, grows)
     signals.roll_turns[24:26] = 10.0, -10.0  # after the largest offset
-    assert is_carried(signals, grows)
+    assert is_roll_carried_to_child(signals, grows)
     signals.roll_turns[22:24] = 0.0  # C rolls along up to half of the largest offset only
-    assert not is_carried(signals, grows)
+    assert not is_roll_carried_to_child(signals, grows)
 
 
 def test_a_sound_clip_has_none():

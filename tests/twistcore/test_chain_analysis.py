@@ -12,13 +12,13 @@ from tests.tiers import examples
 from tests.twistcore.counters import ROW, counter_of, seeds
 from twistcore.detection.consistency.chain_analysis import ChainAnalysis, FixedInterval
 from twistcore.detection.consistency.confidence import counter_twist_confidence
-from twistcore.detection.counter_twist.edges import find_edges
-from twistcore.detection.counter_twist.offsets import interval_offset_courses
+from twistcore.detection.counter_twist.edges import find_interval_edges_and_steps
+from twistcore.detection.counter_twist.offsets import interval_twist_errors_over_time
 from twistcore.detection.counter_twist.pairing import (
     best_edge_pairs,
-    counter_rotation_sums,
-    edge_pair_table,
-    unpaired_jumps,
+    interval_edge_pair_gains,
+    one_ended_jump_intervals,
+    running_counter_rotation_sums,
 )
 from twistcore.detection.interval import Interval
 from twistcore.skeleton.rotation import wrap
@@ -29,9 +29,9 @@ SEGMENTS = ((0, 70), (70, FRAMES))
 
 def analysis_of(seed, jumps=0.06):
     counter = counter_of(seed, frames=FRAMES, jumps=jumps)
-    edges, step = find_edges(counter, ROW)
-    sums = counter_rotation_sums(counter, ROW, step)
-    tables = tuple(edge_pair_table(edges, sums, low, high) for low, high in SEGMENTS)
+    edges, step = find_interval_edges_and_steps(counter, ROW)
+    sums = running_counter_rotation_sums(counter, ROW, step)
+    tables = tuple(interval_edge_pair_gains(edges, sums, low, high) for low, high in SEGMENTS)
     return ChainAnalysis("Arm", FPS, counter, ROW, edges, step, tables)
 
 
@@ -51,8 +51,8 @@ def plain_intervals(chain, tau):
     for table in chain.tables:
         edges = table.edges
         pairs = best_edge_pairs(table, tau, FPS)
-        for n, pair in enumerate(pairs + unpaired_jumps(table, pairs, tau)):
-            course = interval_offset_courses([pair], table, chain.limb, ROW, chain.step)[0]
+        for n, pair in enumerate(pairs + one_ended_jump_intervals(table, pairs, tau)):
+            course = interval_twist_errors_over_time([pair], table, chain.limb, ROW, chain.step)[0]
             at = [k for k in pair[:2] if k >= 0]
             sigma = math.sqrt(sum(edges.sigma[k] ** 2 for k in at))
             told = [sums(chain, edges, k) for k in at]
@@ -191,9 +191,9 @@ def test_a_jump_that_nothing_explains_is_open_though_both_joints_turn():
     for column, turn in ((counter.rx, 0.5), (counter.ry, -0.5), (counter.d, 0.5)):
         column[ROW, 35] = turn
     counter.event[ROW, 35] = True
-    edges, step = find_edges(counter, ROW)
-    sums = counter_rotation_sums(counter, ROW, step)
-    tables = tuple(edge_pair_table(edges, sums, low, high) for low, high in SEGMENTS)
+    edges, step = find_interval_edges_and_steps(counter, ROW)
+    sums = running_counter_rotation_sums(counter, ROW, step)
+    tables = tuple(interval_edge_pair_gains(edges, sums, low, high) for low, high in SEGMENTS)
     chain = ChainAnalysis("Arm", FPS, counter, ROW, edges, step, tables)
     (found,) = chain.intervals(0.1)
     assert (found.start, found.stop, found.open) == (0, 35, True)

@@ -13,11 +13,11 @@ from twistcore.review import Decision, Judged
 from twistcore.study.class_exercise import (
     ClassExercise,
     StudentAnswer,
-    class_exercise_table,
-    read_answer,
-    read_exercise,
-    write_answer,
-    write_exercise,
+    read_student_answer,
+    read_student_exercise,
+    student_exercise_score_table,
+    write_student_answer,
+    write_student_exercise,
 )
 from twistcore.synthesis import InjectedError
 
@@ -41,8 +41,8 @@ YES, NO, OPEN = Decision.ACCEPTED, Decision.REJECTED, Decision.UNDECIDED
 
 def test_an_exercise_is_read_as_it_was_written(tmp_path):
     path = tmp_path / "a.json"
-    write_exercise(path, ClassExercise("a.bvh", "9f2c", "judge", LISTED))
-    again = read_exercise(path)
+    write_student_exercise(path, ClassExercise("a.bvh", "9f2c", "judge", LISTED))
+    again = read_student_exercise(path)
     assert (again.clip, again.sha256, again.kind) == ("a.bvh", "9f2c", "judge")
     for one, other in zip(again.listed, LISTED, strict=True):
         assert (one.chain, one.start, one.stop) == (other.chain, other.start, other.stop)
@@ -57,9 +57,9 @@ def test_what_is_handed_in_is_read_and_scored(tmp_path):
     students = [handed("Zoe", YES, NO, NO), handed("Ana, B.", YES, YES, OPEN)]
     again = []
     for k, one in enumerate(students):
-        write_answer(tmp_path / f"{k}.json", one)
-        again.append(read_answer(tmp_path / f"{k}.json"))
-    table = class_exercise_table((ERROR, OTHER), again)
+        write_student_answer(tmp_path / f"{k}.json", one)
+        again.append(read_student_answer(tmp_path / f"{k}.json"))
+    table = student_exercise_score_table((ERROR, OTHER), again)
     rows = list(csv.DictReader(io.StringIO(table)))
     assert [row["name"] for row in rows] == ["Ana, B.", "Zoe"]
     ana, zoe = rows
@@ -68,7 +68,7 @@ def test_what_is_handed_in_is_read_and_scored(tmp_path):
         "1", "1", "0", "1",
     ]  # fmt: skip
     assert zoe["seconds"] == "61.2"
-    wrong = class_exercise_table((ERROR, OTHER), [handed("Kim", NO, NO, YES)])
+    wrong = student_exercise_score_table((ERROR, OTHER), [handed("Kim", NO, NO, YES)])
     (kim,) = csv.DictReader(io.StringIO(wrong))
     assert (kim["false_accepted"], kim["false_rejected"], kim["hits"]) == ("1", "2", "0")
 
@@ -91,10 +91,10 @@ GOOD = {"schema": "twistcore.exercise/1", "clip": "a.bvh", "sha256": "9", "kind"
 def test_a_damaged_exercise_is_refused_in_a_sentence(tmp_path, change):
     path = tmp_path / "a.json"
     path.write_text(json.dumps(GOOD | {"intervals": []}))
-    assert read_exercise(path).listed == ()
+    assert read_student_exercise(path).listed == ()
     path.write_text(json.dumps(GOOD | {"intervals": []} | change))
     with pytest.raises(TwistError, match=r"a\.json") as told:
-        read_exercise(path)
+        read_student_exercise(path)
     assert "\n" not in str(told.value)
 
 
@@ -103,9 +103,9 @@ def test_what_is_no_score_file_is_refused(tmp_path, text):
     path = tmp_path / "a.json"
     path.write_text(text)
     with pytest.raises(TwistError, match=r"a\.json"):
-        read_answer(path)
+        read_student_answer(path)
     with pytest.raises(TwistError, match=r"b\.json"):
-        read_answer(tmp_path / "b.json")
+        read_student_answer(tmp_path / "b.json")
 
 
 HANDED = {
@@ -137,21 +137,21 @@ def test_no_file_of_a_student_takes_the_memory(tmp_path, verdicts):
     path = tmp_path / "a.json"
     start = json.dumps(HANDED)[:-1]
     path.write_text(f'{start}, "verdicts": [{verdict(1, 4)}]}}')
-    assert len(read_answer(path).verdicts) == 1
+    assert len(read_student_answer(path).verdicts) == 1
     path.write_text(f'{start}, "verdicts": [{verdicts}]}}')
     with pytest.raises(TwistError, match=r"a\.json") as told:
-        read_answer(path)
+        read_student_answer(path)
     assert "\n" not in str(told.value)
     path.write_text(json.dumps(GOOD)[:-1] + f', "intervals": [{verdicts}]}}')
     with pytest.raises(TwistError, match=r"a\.json"):
-        read_exercise(path)
+        read_student_exercise(path)
 
 
 def test_long_intervals_of_a_student_take_no_memory_before_they_are_compared(tmp_path):
     path = tmp_path / "a.json"
     verdicts = ", ".join([verdict(0, 9_000_000)] * 1000)  # 72 GB in all
     path.write_text(f'{json.dumps(HANDED)[:-1]}, "verdicts": [{verdicts}]}}')
-    offsets = [judged.interval.offset for judged in read_answer(path).verdicts]
+    offsets = [judged.interval.offset for judged in read_student_answer(path).verdicts]
     assert {offset.shape for offset in offsets} == {(9_000_000,)}
     assert {offset.strides for offset in offsets} == {(0,)}
 
@@ -169,7 +169,7 @@ def test_long_intervals_of_a_student_take_no_memory_before_they_are_compared(tmp
     ],
 )
 def test_a_name_is_one_line_and_no_formula(name, cell):
-    table = class_exercise_table((ERROR, OTHER), [handed(name, YES, NO, NO)])
+    table = student_exercise_score_table((ERROR, OTHER), [handed(name, YES, NO, NO)])
     assert len(table.splitlines()) == 2
     (row,) = csv.DictReader(io.StringIO(table))
     assert row["name"] == cell

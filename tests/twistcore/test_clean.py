@@ -17,7 +17,10 @@ from twistcore.cli import clean_command, main
 from twistcore.errors import TwistError
 from twistcore.export.compare import largest_deviation
 from twistcore.formats.bvh import parse_bvh, read_bvh, rewriting
-from twistcore.formats.bvh.euler_branch import euler_angles_in_order, unrolled_euler_angles
+from twistcore.formats.bvh.euler_branch import (
+    continuous_euler_angles_in_order,
+    unwrapped_euler_angles,
+)
 from twistcore.formats.bvh.header_places import header_word_spans
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import geodesic_angle, quaternion_from_euler, slerp
@@ -98,7 +101,7 @@ def assert_no_nearer_angles(angles):
 @settings(deadline=None, max_examples=300)
 @given(orders, triples)
 def test_unrolled_angles_are_the_same_rotations_also_in_gimbal_lock(order, angles):
-    found = unrolled_euler_angles(order, angles)
+    found = unwrapped_euler_angles(order, angles)
     assert rotations_differ(order, angles, found) < 3e-5
     assert_no_nearer_angles(found)
 
@@ -112,9 +115,9 @@ def test_equivalent_angles_become_the_smooth_ones_again(order, smooth, chosen):
         if other:
             written[k] = written[k] * (1, -1, 1) + 180.0
         written[k] += 360.0 * np.array(turns)
-    found = unrolled_euler_angles(order, written)
+    found = unwrapped_euler_angles(order, written)
     np.testing.assert_allclose(found, smooth, atol=1e-9)
-    np.testing.assert_array_equal(unrolled_euler_angles(order, smooth), smooth)
+    np.testing.assert_array_equal(unwrapped_euler_angles(order, smooth), smooth)
 
 
 @pytest.mark.parametrize("order", ["XYZ", "ZYX"])
@@ -124,7 +127,7 @@ def test_in_gimbal_lock_a_jump_of_the_outer_angles_is_divided_between_them(order
     angles = np.array([[10, 0.9 * lock, 20], [10, lock, 20], [10, lock, 20], [12, lock, 20]])
     angles[2:] += np.array([150.0, 0.0, -sign * 150.0])
     assert rotations_differ(order, angles[1:2], angles[2:3]) < 1e-9
-    found = unrolled_euler_angles(order, angles)
+    found = unwrapped_euler_angles(order, angles)
     assert np.abs(np.diff(found, axis=0)).max() < 10.0
     assert rotations_differ(order, angles, found) < 1e-9
 
@@ -133,7 +136,7 @@ def test_in_gimbal_lock_a_jump_of_the_outer_angles_is_divided_between_them(order
 @given(orders, orders, triples)
 def test_another_order_is_the_same_rotation_without_avoidable_jumps(old, new, angles):
     q = quaternion_from_euler(old, np.radians(angles))
-    found = euler_angles_in_order(new, q)
+    found = continuous_euler_angles_in_order(new, q)
     rotated = quaternion_from_euler(new, np.radians(found))
     assert np.degrees(geodesic_angle(q, rotated)).max() < 6e-5
     assert_no_nearer_angles(found)
@@ -143,7 +146,7 @@ def test_another_order_is_the_same_rotation_without_avoidable_jumps(old, new, an
 @given(triples, st.sampled_from(["\n", "", "\r\n\r\n", "\n1 2 3\n"]))
 def test_a_whole_clip_keeps_its_poses_and_every_number_that_is_not_listed(angles, end):
     clip = clip_of(still(angles), end)
-    done = rewriting.unroll_clip_angles(clip)
+    done = rewriting.unwrap_bvh_clip_angles(clip)
     new = done.clip
     assert farthest(clip, new) < 3e-5
     assert new.text[: new.data_start] == clip.text[: clip.data_start]
@@ -164,7 +167,7 @@ def test_a_whole_clip_keeps_its_poses_and_every_number_that_is_not_listed(angles
 
 def test_a_wrap_changes_only_the_wrapped_numbers():
     angles = [[170.0, 1, 2], [179.5, 1, 2], [-179.25, 1, 2], [-175.0, 1, 2], [178.0, 1, 2]]
-    done = rewriting.unroll_clip_angles(clip_of(still(angles)))
+    done = rewriting.unwrap_bvh_clip_angles(clip_of(still(angles)))
     np.testing.assert_array_equal(done.clip.values[:, 9], [170.0, 179.5, 180.75, 185.0, 178.0])
     [change] = done.changes
     assert (change.numbers, change.start, change.stop, change.words) == (2, 2, 4, 0)

@@ -12,7 +12,7 @@ from tests.twistcore.test_bvh import small
 from tests.twistcore.test_registry import run
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import remove_twist
-from twistcore.detection.constant_offsets import constant_offsets, offsets_from
+from twistcore.detection.constant_offsets import constant_offsets, constant_offsets_from_other_take
 from twistcore.errors import ClipMismatchError
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
@@ -124,7 +124,9 @@ OTHER = read_bvh(ASSETS / "walk_injected.bvh").motion
 @pytest.mark.parametrize("name", sorted(CHAINS))
 @pytest.mark.parametrize("degrees", [45.0, -90.0, 170.0])
 def test_another_take_shows_the_bone_and_the_angle(name, degrees):
-    (found,) = offsets_from(offset_by(name, degrees), tuple(CHAINS.values()), OTHER, "take")
+    (found,) = constant_offsets_from_other_take(
+        offset_by(name, degrees), tuple(CHAINS.values()), OTHER, "take"
+    )
     assert (found.chain.name, found.reference) == (name, "take")
     assert abs(wrap(np.radians(found.degrees - degrees))) < np.radians(1.0)
     assert str(found).endswith("compared with take.")
@@ -138,7 +140,9 @@ def test_poses_of_takes_may_differ_by_less_than_the_offset(extra):
     roll = quaternion_from_axis_angle(arm.axis, np.radians(-extra))
     rotations[:, arm.child] = multiply(roll, rotations[:, arm.child])
     chains = tuple(CHAINS.values())
-    (found,) = offsets_from(motion.with_rotations(rotations), chains, OTHER, "take")
+    (found,) = constant_offsets_from_other_take(
+        motion.with_rotations(rotations), chains, OTHER, "take"
+    )
     assert found.chain is arm
     assert min(90.0, 90.0 + extra) < found.degrees < max(90.0, 90.0 + extra)
     assert abs(found.degrees - 90.0) < abs(extra) / 2.0  # the upper arm is steadier
@@ -152,7 +156,7 @@ def test_of_two_held_poses_both_joints_count_alike(frame):
     for chain in chains:
         offset = {chain.name: np.full(60, np.radians(-60.0))}
         motion = remove_twist(WALK.at(np.full(60, frame)), [chain], offset)
-        for found in offsets_from(motion, chains, take, "take"):
+        for found in constant_offsets_from_other_take(motion, chains, take, "take"):
             of_p, of_c = (
                 np.subtract(
                     *(twist_angle(m.rotations[0, joint], found.chain.axis) for m in (motion, take))
@@ -173,7 +177,7 @@ def test_a_take_shows_the_same_error_of_both_sides():
         motion = remove_twist(motion, [CHAINS[name]], offset)
     chains = tuple(CHAINS.values())
     assert constant_offsets(motion, chains) == ()
-    found = offsets_from(motion, chains, OTHER, "take")
+    found = constant_offsets_from_other_take(motion, chains, OTHER, "take")
     assert {one.chain.name: round(one.degrees) for one in found} == {
         "LeftArm": 80,
         "RightArm": -80,
@@ -183,8 +187,13 @@ def test_a_take_shows_the_same_error_of_both_sides():
 @pytest.mark.parametrize("other", ["dance", "kick", "basketball"])
 def test_other_sound_takes_show_nothing(other):
     other = read_bvh(ASSETS / f"{other}.bvh").motion
-    assert offsets_from(WALK, tuple(CHAINS.values()), other, "take") == ()
-    assert offsets_from(offset_by("LeftUpLeg", 20.0), tuple(CHAINS.values()), other, "take") == ()
+    assert constant_offsets_from_other_take(WALK, tuple(CHAINS.values()), other, "take") == ()
+    assert (
+        constant_offsets_from_other_take(
+            offset_by("LeftUpLeg", 20.0), tuple(CHAINS.values()), other, "take"
+        )
+        == ()
+    )
 
 
 def _renamed(skeleton):
@@ -211,13 +220,13 @@ def _turned(skeleton):
 def test_a_take_of_another_skeleton_is_refused(changed, named):
     other = replace(WALK, skeleton=changed(WALK.skeleton))
     with pytest.raises(ClipMismatchError) as error:
-        offsets_from(WALK, tuple(CHAINS.values()), other, "take.bvh")
+        constant_offsets_from_other_take(WALK, tuple(CHAINS.values()), other, "take.bvh")
     assert names_in_one_line(str(error.value) + "\n", "take.bvh", named)
 
 
 def test_bones_of_other_lengths_are_the_same_skeleton():
     other = replace(WALK, skeleton=replace(WALK.skeleton, offsets=1.2 * WALK.skeleton.offsets))
-    assert offsets_from(WALK, tuple(CHAINS.values()), other, "take") == ()
+    assert constant_offsets_from_other_take(WALK, tuple(CHAINS.values()), other, "take") == ()
 
 
 # At the command line

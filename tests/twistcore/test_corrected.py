@@ -10,20 +10,25 @@ from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.corrected import Corrected
 from twistcore.analysis.correction.twist_removal import refine, remove_twist
 from twistcore.detection import Kind
-from twistcore.detection.interval_offsets import constant_interval
+from twistcore.detection.interval_offsets import new_constant_offset_interval
 from twistcore.formats.bvh import read_bvh
-from twistcore.skeleton.limb import limb_positions
+from twistcore.skeleton.limb import limb_middle_and_end_positions
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import geodesic_angle, wrap
 from twistcore.skeleton.signals import twist_signals
 
 MOTION = read_bvh(ASSETS / "walk.bvh").motion.sliced(0, 60)
-FLIP = replace(constant_interval("RightUpLeg-RightFoot", 20, 30, 0.8), kind=Kind.LIMB_FLIP)
+FLIP = replace(
+    new_constant_offset_interval("RightUpLeg-RightFoot", 20, 30, 0.8), kind=Kind.LIMB_FLIP
+)
 SHARED = [
-    constant_interval("LeftShoulder", 10, 30, 0.5), constant_interval("LeftArm", 20, 40, -0.7),
-    constant_interval("LeftArm", 35, 50, 0.2), constant_interval("LeftForeArm", 0, 5, 1.0),
-    constant_interval("RightUpLeg", 50, 60, 3.0), constant_interval("RightLeg", 1, 3, 0.4),
-]  # fmt: skip
+    new_constant_offset_interval("LeftShoulder", 10, 30, 0.5),
+    new_constant_offset_interval("LeftArm", 20, 40, -0.7),
+    new_constant_offset_interval("LeftArm", 35, 50, 0.2),
+    new_constant_offset_interval("LeftForeArm", 0, 5, 1.0),
+    new_constant_offset_interval("RightUpLeg", 50, 60, 3.0),
+    new_constant_offset_interval("RightLeg", 1, 3, 0.4),
+]
 
 
 @pytest.fixture(scope="module")
@@ -107,7 +112,9 @@ def test_the_swivel_is_that_of_the_corrected_motion(analysis):
     corrected.take(chosen)
     refined = refine(MOTION, analysis.chains_and_limbs, chosen)
     for limb in analysis.limbs:
-        true = analysis.flips.limbs[limb.name].swivel.angle_at(*limb_positions(refined, limb))
+        true = analysis.flips.limbs[limb.name].swivel.angle_at(
+            *limb_middle_and_end_positions(refined, limb)
+        )
         off = wrap(corrected.swivel(limb) - true)[1:]  # in the T-pose the arms are straight
         assert np.abs(off).max() < 1e-7, limb.name
 
@@ -133,7 +140,9 @@ def test_what_is_taken_is_all_that_is_taken(analysis):
     arm[35:50] -= 0.2
     np.testing.assert_allclose(corrected.offset("LeftArm"), arm, atol=1e-15)
     other = replace(
-        constant_interval("LeftUpLeg-LeftFoot", 5, 9, -0.4), kind=Kind.LIMB_FLIP, carried=True
+        new_constant_offset_interval("LeftUpLeg-LeftFoot", 5, 9, -0.4),
+        kind=Kind.LIMB_FLIP,
+        carried=True,
     )
     corrected.take([other, replace(FLIP, carried=True)])
     np.testing.assert_allclose(corrected.carried(FLIP.chain), flip)
@@ -161,8 +170,8 @@ def test_what_an_export_cannot_write_is_not_shown():
 
 def test_the_pose_of_a_frame_is_computed_once_until_the_corrections_change(analysis, monkeypatch):
     chosen = [
-        constant_interval("LeftArm", 10, 20, 0.5),
-        constant_interval("RightLeg", 10, 20, -0.5),
+        new_constant_offset_interval("LeftArm", 10, 20, 0.5),
+        new_constant_offset_interval("RightLeg", 10, 20, -0.5),
     ]
     corrected, frame = Corrected(analysis), 12
     corrected.take(chosen)

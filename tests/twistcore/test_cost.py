@@ -26,7 +26,7 @@ from twistcore.detection.evidence import ChainSignals
 from twistcore.detection.interval import Kind
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.lone_jumps import lone_jumps
-from twistcore.detection.noise_bursts import joint_noise_level, noise_near
+from twistcore.detection.noise_bursts import joint_noise_level, largest_joint_and_ancestor_noise
 from twistcore.detection.soft_errors import (
     search_soft_errors,
     soft_intervals,
@@ -85,7 +85,7 @@ def test_a_caller_may_change_the_cuts_it_was_given() -> None:
 def test_noise_of_quiet_joints_takes_no_memory() -> None:
     motion = read_bvh(ASSETS / "walk.bvh").motion
     joints = range(len(motion.skeleton))
-    noise_near(motion, joints)
+    largest_joint_and_ancestor_noise(motion, joints)
     kept = [noise_bursts._of_joint(motion, joint) for joint in joints]
     assert all(one.strides == (0,) for one in kept)
 

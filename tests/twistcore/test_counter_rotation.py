@@ -8,20 +8,23 @@ import pytest
 
 from tests.conftest import ASSETS
 from twistcore.detection.consistency.detector import _alike, _limbs, _lines
-from twistcore.detection.counter_twist.counter_rotation import combine_residuals, counter_rotation
+from twistcore.detection.counter_twist.counter_rotation import (
+    combine_counter_rotation_residuals,
+    counter_rotation,
+)
 from twistcore.detection.counter_twist.coupling import remove_neighbour_errors
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.prediction import (
     GapGrowth,
-    half_scale_window_frames,
-    local_residual_scale,
+    interpolate_sigma_growth_over_gaps,
+    local_sigma_of_increment_residuals,
     residual_from_coarse_median,
-    sigma_growth_at_gaps,
+    residual_sigma_half_window_frames,
 )
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.rotation import wrap
-from twistcore.synthesis import InjectedError, add_counterpart_twist, inject
+from twistcore.synthesis import InjectedError, add_twist_from_opposite_side, inject
 
 FRAMES = 150
 
@@ -32,7 +35,7 @@ def made(kind):
     walk = read_bvh(ASSETS / "walk.bvh").motion.sliced(1, FRAMES + 1)
     chains = find_chains(walk)
     if "rich" in kind:
-        walk = add_counterpart_twist(walk, chains)
+        walk = add_twist_from_opposite_side(walk, chains)
     rng = np.random.default_rng(len(kind))
     errors = []
     for chain in chains[::2] if "some" in kind else chains:
@@ -100,11 +103,11 @@ def judged(residual, sigma, least, least_lone):
 def plain(limb, fps, cut):
     """Residuals, scales, events and lone jumps of one limb."""
     captured = limb.increments()
-    half, live = half_scale_window_frames(fps), np.broadcast_to(~cut, captured.shape[1:])
+    half, live = residual_sigma_half_window_frames(fps), np.broadcast_to(~cut, captured.shape[1:])
     good = live
     for steps in (4, 4, 7, 7):
         residual = residual_from_coarse_median(captured, steps)
-        sigma = local_residual_scale(np.sqrt(np.abs(residual)), good, half)
+        sigma = local_sigma_of_increment_residuals(np.sqrt(np.abs(residual)), good, half)
         event, lone, _ = judged(residual, sigma, 3.0, 8.0)
         good = good & ~event & ~lone
     signals = captured
@@ -117,11 +120,11 @@ def plain(limb, fps, cut):
             growth = GapGrowth(captured, fits).measured(good)
         course = np.where(fits, cubic, linear)
         root = np.sqrt(np.abs(wrap(signals - course)))
-        sigma = local_residual_scale(root, good & (gap[0] < 4.0), half)
+        sigma = local_sigma_of_increment_residuals(root, good & (gap[0] < 4.0), half)
         for chain in range(len(good)):
             at = np.flatnonzero(gap[0, chain] > 1.0)
             of = np.full(len(at), chain)
-            sigma[:, chain, at] *= sigma_growth_at_gaps(growth, of, gap[0, chain, at])
+            sigma[:, chain, at] *= interpolate_sigma_growth_over_gaps(growth, of, gap[0, chain, at])
         residual = wrap(captured - course)
         if turn and len(limb) > 1:
             jumping = (np.abs(residual) > 4.0 * sigma).any(axis=(0, 1)) & ~cut
@@ -154,7 +157,7 @@ def test_limbs_at_once_are_as_each_by_itself_and_every_frame_anew(kind):
             np.testing.assert_allclose((found.rx[rows], found.ry[rows]), residual, atol=1e-7)
             scales = found.sigma_x[rows], found.sigma_y[rows]
             np.testing.assert_allclose(scales, sigma, rtol=1e-6)
-            d, _, sigma_d, _ = combine_residuals(residual, sigma)
+            d, _, sigma_d, _ = combine_counter_rotation_residuals(residual, sigma)
             np.testing.assert_allclose(found.d[rows], np.where(cut, 0.0, d), atol=1e-7)
             np.testing.assert_allclose(found.sigma[rows], sigma_d, rtol=1e-6)
 
@@ -182,7 +185,7 @@ def test_the_common_turn_is_the_mean_by_inverse_variance_on_the_circle():
     residual = wrap(np.stack([turn + noise[0], -turn + noise[1]]))
     weight = 1.0 / sigma**2
     mean = turn + (weight[0] * noise[0] - weight[1] * noise[1]) / weight.sum(axis=0)
-    d, apart, sigma_d, sigma_apart = combine_residuals(residual, sigma)
+    d, apart, sigma_d, sigma_apart = combine_counter_rotation_residuals(residual, sigma)
     np.testing.assert_allclose(wrap(d - mean), 0.0, atol=1e-12)
     np.testing.assert_allclose(apart, noise.sum(axis=0), atol=1e-12)
     np.testing.assert_allclose(sigma_d, weight.sum(axis=0) ** -0.5)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.analysis.decomposition import WhatIf, decompose, motion_of_altered_frame
+from twistcore.analysis.decomposition import WhatIf, decompose, frame_motion_with_user_changes
 from twistcore.detection import Interval
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decision, Judged
@@ -20,7 +20,7 @@ from twistcore.skeleton.rotation import (
     wrap,
 )
 from twistcore.skeleton.signals import twist_signals
-from twistcore.study.exercise import hide_exercise_errors, score_exercise
+from twistcore.study.exercise import hide_exercise_errors, score_review_of_hidden_errors
 
 EXACT = 1e-9
 TURN = np.radians(70.0)
@@ -83,7 +83,7 @@ def test_a_counter_twist_is_an_error_and_leaves_everything_below_in_place(clip, 
     assert wrong.strength > 0.5 * TURN
     before = forward_kinematics(clip.motion.sliced(100, 101))
     after = forward_kinematics(
-        motion_of_altered_frame(clip.motion, chain, 100, WhatIf(twist=TURN, counter=True))
+        frame_motion_with_user_changes(clip.motion, chain, 100, WhatIf(twist=TURN, counter=True))
     )
     assert after[1] == pytest.approx(before[1], abs=1e-9)
     others = [j for j in range(len(clip.motion.skeleton)) if j != chain.parent]
@@ -153,12 +153,12 @@ def test_taking_an_offset_off_takes_a_counter_twist_back(clip, chain):
     frame = 100
     wrong = WhatIf(twist=TURN, counter=True)
     still = decompose(clip.motion, chain, frame)
-    dirty = motion_of_altered_frame(clip.motion, chain, frame, wrong)
+    dirty = frame_motion_with_user_changes(clip.motion, chain, frame, wrong)
     for share in (0.5, 1.0):
         applied = replace(wrong, applied=share)
         d = decompose(clip.motion, chain, frame, applied, offset=TURN)
         assert wrap(d.theta_p - still.theta_p) == pytest.approx((1.0 - share) * TURN)
-        right = motion_of_altered_frame(clip.motion, chain, frame, applied, offset=TURN)
+        right = frame_motion_with_user_changes(clip.motion, chain, frame, applied, offset=TURN)
         places = forward_kinematics(right)[1] - forward_kinematics(dirty)[1]
         assert np.abs(places).max() < 1e-9
     assert right.rotations[0] == pytest.approx(
@@ -178,7 +178,7 @@ def test_a_stage_is_part_of_the_swing_then_part_of_the_twist(clip, chain):
             assert d.n == pytest.approx(whole.n, abs=1e-7)
     assert d.q == pytest.approx(whole.q, abs=EXACT)
     # The children are carried: their own rotations are as they were.
-    part = motion_of_altered_frame(clip.motion, chain, 100, WhatIf(), stage=0.5)
+    part = frame_motion_with_user_changes(clip.motion, chain, 100, WhatIf(), stage=0.5)
     others = np.arange(len(clip.motion.skeleton)) != chain.parent
     still = clip.motion.rotations[100, others]
     assert part.rotations[0, others] == pytest.approx(still, abs=1e-15)
@@ -221,11 +221,13 @@ def test_every_kind_of_verdict_is_counted(clip):
         judged(4, free, 40, 50, no),
         judged(5, free, 60, 70, Decision.UNDECIDED),
     ]
-    result = score_exercise(errors, review)
+    result = score_review_of_hidden_errors(errors, review)
     assert result.hits == (found,)
     assert set(result.misses) == {overlooked, denied, *rest}
     assert [i.start for i in result.false_accepted] == [10]
     assert [i.start for i in result.false_rejected] == [denied.start]
     assert (result.false_verdicts, result.left) == (2, 1)
     # The same frames in another chain are no hit.
-    assert not score_exercise([found], [judged(1, free, found.start, found.stop, yes)]).hits
+    assert not score_review_of_hidden_errors(
+        [found], [judged(1, free, found.start, found.stop, yes)]
+    ).hits

@@ -12,7 +12,7 @@ from tests.tiers import examples
 from twistcore.analysis.clip_analysis import detect
 from twistcore.analysis.correction.twist_removal import refine
 from twistcore.detection.detectors.paper import PaperDetector
-from twistcore.detection.paper import intervals_of_offset, running_offset
+from twistcore.detection.paper import intervals_of_offset, paper_detector_running_offset
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.angles import circular_median
 from twistcore.skeleton.chain import find_chains
@@ -142,7 +142,7 @@ def test_an_event_is_exactly_where_the_strength_reaches_tau(dirty_walk):
     analysis = PaperDetector().analyse(dirty_walk.motion, CHAINS)
     for name, signals in analysis.signals.items():
         for tau in np.radians([1.0, 5.0, 20.0]):
-            jumps = np.diff(running_offset(signals, tau), prepend=0.0) != 0.0
+            jumps = np.diff(paper_detector_running_offset(signals, tau), prepend=0.0) != 0.0
             np.testing.assert_array_equal(jumps, analysis.strength(name) >= tau)
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tests.tiers import examples
 from tests.twistcore.counters import counter_of, seeds
-from twistcore.detection.counter_twist.edges import ALONE, find_edges
+from twistcore.detection.counter_twist.edges import ALONE, find_interval_edges_and_steps
 from twistcore.detection.robust_cost import CAP, residual_cost
 from twistcore.skeleton.rotation import wrap
 
@@ -73,7 +73,7 @@ def plain_edges(counter, row):
 def test_every_run_is_read_as_by_itself(seed):
     counter = counter_of(seed)
     for row in range(len(counter.d)):
-        edges, step = find_edges(counter, row)
+        edges, step = find_interval_edges_and_steps(counter, row)
         wanted = plain_edges(counter, row)
         found = list(zip(*(column.tolist() for column in vars(edges).values()), strict=True))
         assert len(edges) == len(wanted)
@@ -105,7 +105,7 @@ def test_a_cost_is_a_robust_one(z):
 
 
 def test_some_edges_are_edges_with_the_same_columns():
-    edges, _ = find_edges(counter_of(1), 0)
+    edges, _ = find_interval_edges_and_steps(counter_of(1), 0)
     some = edges[edges.primary]
     assert len(some) == int(edges.primary.sum())
     for name, column in vars(some).items():

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from twistcore.cli import main
-from twistcore.detection.interval_offsets import constant_interval
+from twistcore.detection.interval_offsets import new_constant_offset_interval
 from twistcore.files.encoding import (
     encode_utf8,
     escape_invalid_utf8,
@@ -62,7 +62,7 @@ def latin(tmp_path):
 def test_session_and_journal_carry_it(latin):
     clip = read_bvh(latin)
     chains = find_chains(clip.motion)
-    found = [constant_interval(NAME, 10, 20, 0.5)]
+    found = [new_constant_offset_interval(NAME, 10, 20, 0.5)]
     state = start_review("consistency", {c.name: 0.1 for c in chains}, found, [NAME])
     session = latin.with_suffix(".twist.json")
     write_session(clip, state, session)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import twistcore as tc
-from twistcore.analysis.error_groups import drop_weaker_alternatives, error_groups
+from twistcore.analysis.error_groups import drop_weaker_correction_alternatives, error_groups
 from twistcore.detection import Interval, Kind
 
 ASSETS = Path(__file__).resolve().parents[2] / "assets"
@@ -199,11 +199,14 @@ def test_alternatives_are_not_corrected_together(walk):
     doubtful = replace(flip(20, 30), confidence=1.0, open=True)
     other_leg = made("LeftUpLeg", 20, 30)
     every = (doubtful, roll, other_leg)
-    assert drop_weaker_alternatives(every, chains, skeleton) == (roll, other_leg)
-    assert drop_weaker_alternatives(every, chains, skeleton, chosen=[doubtful]) == (
+    assert drop_weaker_correction_alternatives(every, chains, skeleton) == (roll, other_leg)
+    assert drop_weaker_correction_alternatives(every, chains, skeleton, chosen=[doubtful]) == (
         doubtful, other_leg,
     )  # fmt: skip
-    assert drop_weaker_alternatives(every, chains, skeleton, chosen=[doubtful, roll]) == every
+    assert (
+        drop_weaker_correction_alternatives(every, chains, skeleton, chosen=[doubtful, roll])
+        == every
+    )
 
 
 def test_an_alternative_that_is_left_excludes_nothing_else(walk):
@@ -212,4 +215,4 @@ def test_an_alternative_that_is_left_excludes_nothing_else(walk):
     doubtful = replace(flip(25, 45), confidence=0.8, open=True)
     roll = replace(made(KNEE, 40, 50, Kind.CARRIED_ROLL), confidence=0.6, open=True)
     every = (sure, doubtful, roll)
-    assert drop_weaker_alternatives(every, chains, skeleton) == (sure, roll)
+    assert drop_weaker_correction_alternatives(every, chains, skeleton) == (sure, roll)

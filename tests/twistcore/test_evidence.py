@@ -11,7 +11,10 @@ from tests.conftest import ASSETS
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import automatic_corrections, refine
 from twistcore.detection import Interval
-from twistcore.detection.consistency.chain_analysis import halve_low_log_odds, judge_interval
+from twistcore.detection.consistency.chain_analysis import (
+    halve_low_log_odds,
+    judge_interval_by_evidence,
+)
 from twistcore.detection.evidence import (
     Background,
     ChainSignals,
@@ -20,7 +23,7 @@ from twistcore.detection.evidence import (
     measure_evidence,
 )
 from twistcore.detection.evidence.chain_signals import ALONG
-from twistcore.detection.evidence.judgement import WEIGHTS, unweighted_terms
+from twistcore.detection.evidence.judgement import WEIGHTS, unweighted_evidence_scores
 from twistcore.detection.evidence.terms import Terms
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
@@ -104,13 +107,15 @@ def test_no_confidence_is_above_what_the_evidence_gives():
     made_up = Interval("LeftArm", START, STOP, np.full(10, 0.3), confidence=0.99)
     find = SuspectedError(START, STOP, np.degrees(made_up.offset))
     terms = measure_evidence(Background.of(known, []), find)
-    doubted, _ = judge_interval(made_up, terms, known.segment)
+    doubted, _ = judge_interval_by_evidence(made_up, terms, known.segment)
     assert doubted.confidence < 0.3
     assert doubted.evidence["doubts"]
     assert automatic_corrections([made_up])
     assert not automatic_corrections([doubted])
     unsure = replace(made_up, confidence=0.01)
-    assert judge_interval(unsure, terms, known.segment)[0].confidence == halve_low_log_odds(0.01)
+    assert judge_interval_by_evidence(unsure, terms, known.segment)[
+        0
+    ].confidence == halve_low_log_odds(0.01)
 
 
 def test_the_same_interval_is_judged_once_at_every_tau():
@@ -181,9 +186,11 @@ E = math.e
     ],
 )  # fmt: skip
 def test_each_term_grows_with_its_evidence_up_to_a_limit(term, changes):
-    assert unweighted_terms(PLAIN) == pytest.approx({**dict.fromkeys(WEIGHTS, 0.0), "base": 1.0})
+    assert unweighted_evidence_scores(PLAIN) == pytest.approx(
+        {**dict.fromkeys(WEIGHTS, 0.0), "base": 1.0}
+    )
     for expected, change in changes.items():
-        assert unweighted_terms(replace(PLAIN, **change))[term] == pytest.approx(expected)
+        assert unweighted_evidence_scores(replace(PLAIN, **change))[term] == pytest.approx(expected)
 
 
 @pytest.mark.parametrize("segment", ["Arm", ""])
@@ -301,7 +308,7 @@ def test_what_turns_by_little_is_left_unless_it_is_clear():
         assert not judgement_of(other).small
     made_up = Interval("LeftArm", START, STOP, np.full(10, 0.04), confidence=0.99)
     for own, left in ((dim, True), (clear[0], False)):
-        found, _ = judge_interval(made_up, own, "Arm")
+        found, _ = judge_interval_by_evidence(made_up, own, "Arm")
         assert (found.open, len(automatic_corrections([found]))) == (left, 1 - left)
         assert found.confidence > 0.5
 

@@ -11,7 +11,7 @@ from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.rotation import wrap
 from twistcore.skeleton.signals import twist_signals
-from twistcore.study.exercise import hide_exercise_errors, intervals_between_errors
+from twistcore.study.exercise import exercise_intervals_between_errors, hide_exercise_errors
 from twistcore.synthesis import InjectedError, inject
 
 
@@ -23,7 +23,7 @@ def clip():
 @pytest.mark.parametrize("seed", range(1, 21))
 def test_errors_and_natural_stretches_cover_the_clip_by_turns(clip, seed):
     _, errors = hide_exercise_errors(clip.motion, find_chains(clip.motion), seed)
-    natural = intervals_between_errors(errors, clip.motion.frames)
+    natural = exercise_intervals_between_errors(errors, clip.motion.frames)
     for chain in {e.chain for e in errors}:
         both = [(i, True) for i in errors] + [(i, False) for i in natural]
         own = sorted((i.start, i.stop, wrong) for i, wrong in both if i.chain == chain)
@@ -43,7 +43,7 @@ def test_the_curves_of_an_exercise_are_those_of_its_opposite(clip, seed):
     """The natural stretches as errors of the opposite angle would give the same curves."""
     chains = find_chains(clip.motion)
     dirty, errors = hide_exercise_errors(clip.motion, chains, seed)
-    natural = intervals_between_errors(errors, clip.motion.frames)
+    natural = exercise_intervals_between_errors(errors, clip.motion.frames)
     swapped = [InjectedError(i.chain, i.start, i.stop, i.offset) for i in natural]
     opposite = inject(clip.motion, chains, swapped)
     for chain in (c for c in chains if c.name in {e.chain for e in errors}):
@@ -91,7 +91,7 @@ def test_a_rule_over_the_curves_is_right_no_more_often_than_by_chance(rule):
         chains = find_chains(motion)
         for seed in range(1, 61):
             dirty, errors = hide_exercise_errors(motion, chains, seed)
-            listed = [*errors, *intervals_between_errors(errors, motion.frames)]
+            listed = [*errors, *exercise_intervals_between_errors(errors, motion.frames)]
             for chain in (c for c in chains if c.name in {e.chain for e in errors}):
                 own = [i for i in listed if i.chain == chain.name]
                 values = np.array([rule(dirty, chain, i) for i in own])
@@ -105,4 +105,4 @@ def test_a_rule_over_the_curves_is_right_no_more_often_than_by_chance(rule):
 def test_a_clip_too_short_for_two_jumps_hides_nothing(clip):
     motion = clip.motion.sliced(0, 17)
     assert hide_exercise_errors(motion, find_chains(motion), 1)[1] == ()
-    assert intervals_between_errors((), 17) == ()
+    assert exercise_intervals_between_errors((), 17) == ()

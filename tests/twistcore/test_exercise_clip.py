@@ -9,7 +9,7 @@ from twistcore.formats.clip import changed_rotations
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.rotation import geodesic_angle
 from twistcore.study.exercise import hide_exercise_errors
-from twistcore.study.exercise_clip import decimals_of_written_angles, write_exercise_clip
+from twistcore.study.exercise_clip import decimals_of_written_angles, write_student_exercise_clip
 
 WALK = read_bvh(ASSETS / "walk.bvh")
 
@@ -26,7 +26,7 @@ def in_other_words(word):
 def test_nothing_about_its_decimals_tells_an_error(tmp_path, word, decimals):
     clip, path = in_other_words(word), tmp_path / "a.bvh"
     dirty, errors = hide_exercise_errors(clip.motion, find_chains(clip.motion), 5)
-    write_exercise_clip(clip, dirty, path)
+    write_student_exercise_clip(clip, dirty, path)
     written = read_bvh(path)
     words = [line.split() for line in path.read_text().splitlines()[-len(clip.values) :]]
     turns = np.array([layout.rotation for layout in clip.channels])

@@ -16,10 +16,10 @@ from twistcore.detection.soft_errors.explanations import (
 )
 from twistcore.detection.soft_errors.softened_level import (
     Level,
-    filtered_unit_step,
-    fit_softened_levels,
-    guess_softened_level,
-    level_courses,
+    butterworth_filtered_unit_step,
+    fit_gradual_error_shapes,
+    gradual_error_curves,
+    guess_gradual_error_shape,
     linear_unit_ramp,
 )
 
@@ -134,7 +134,7 @@ def plain_levels(stretch, length, middle):
     for wider in (1.0, 3.0):
         tried = []
         for begin, end, width in levels:
-            shape = level_courses(
+            shape = gradual_error_curves(
                 np.array([[1.0, begin, end, width]]), linear_unit_ramp, stretch.frames
             )
             (size,) = long.sizes(long.departures(shape), wider)
@@ -208,7 +208,7 @@ def plain_best(surprise, place, fit_below):
     best = free
     if ratio < fit_below or nothing - free[0] < 45.0:
         rivals = [free] if ratio >= 10.0 else []
-        starts = [(guess_softened_level(free[1]), ratio / 3.0)]
+        starts = [(guess_gradual_error_shape(free[1]), ratio / 3.0)]
         starts += [
             (Level(*v), w) for v, w in plain_levels(stretch, place.length, place.middle - low)
         ]
@@ -216,9 +216,9 @@ def plain_best(surprise, place, fit_below):
             (start, kernel, coarsest)
             for start, coarsest in starts
             if start is not None
-            for kernel in (linear_unit_ramp, filtered_unit_step)
+            for kernel in (linear_unit_ramp, butterworth_filtered_unit_step)
         ]
-        for shape, left in fit_softened_levels(
+        for shape, left in fit_gradual_error_shapes(
             every, high - low, stretch.departures, stretch.residuals
         ):
             rivals.append((left + 8.0, shape, 0.5 * free[2]))

@@ -23,7 +23,7 @@ from twistcore.formats.clip_files import (
     format_names_from_suffixes,
 )
 from twistcore.review import Decide, Decision, write_session
-from twistcore.study.quamo.sequences import read_sequence_folder
+from twistcore.study.quamo.sequences import read_cmu_bvh_sequence_folder
 
 WALK = ASSETS / "walk.bvh"
 
@@ -92,7 +92,7 @@ def test_a_bad_file_stops_no_command(capsys, odd, words):
 def test_a_bad_file_stops_no_survey_and_no_study(odd):
     surveys = {s.path.name: s.problem for s in survey_folder(odd)}
     assert [name for name in ALL if surveys[name]] == list(BAD)
-    sequences, problems = read_sequence_folder(odd)
+    sequences, problems = read_cmu_bvh_sequence_folder(odd)
     assert [s.subject for s in sequences] == ["01", "05"]
     assert listed("\n".join(problems)) == sorted(BAD)
 

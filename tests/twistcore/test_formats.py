@@ -16,18 +16,18 @@ from twistcore.detection import Interval, Kind
 from twistcore.export.folder_compare import compare_folders, folder_difference_to_json
 from twistcore.export.folder_replay import (
     WRITTEN,
-    add_replayed_clip_hash,
-    read_replayed_clip_hashes,
+    read_recorded_hashes_of_exports,
+    record_hash_of_exported_clip,
 )
 from twistcore.formats.clip import write_clip
-from twistcore.report.report_difference import report_difference
+from twistcore.report.report_difference import compare_report_files
 from twistcore.review import Command, Decide, Decision, Judged
-from twistcore.review.journal import REDO, SCHEMA, UNDO, command_from_json, command_to_json
+from twistcore.review.journal import REDO, SCHEMA, UNDO, command_from_json, review_command_to_json
 from twistcore.study.class_exercise import (
     ClassExercise,
     StudentAnswer,
-    write_answer,
-    write_exercise,
+    write_student_answer,
+    write_student_exercise,
 )
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -127,7 +127,7 @@ def report_differences(folder):
     state = fresh().state
     said = Decide((2,), Decision.ACCEPTED, "Kim", "2026-01-02T10:00:00+00:00").apply(state)
     reports = [written(folder / name, of) for name, of in (("before", state), ("after", said))]
-    return report_difference(*map(Path, reports))
+    return compare_report_files(*map(Path, reports))
 
 
 def documents_of_many(folder, printed):
@@ -196,9 +196,11 @@ def folder_difference(folder, dirty, bad):
 def exercise_documents(folder):
     own, handed = folder / "exercise.json", folder / "student.json"
     listed = (Interval("LeftArm", 4, 6, np.array([0.2, 0.2])),)
-    write_exercise(own, ClassExercise("exercise.bvh", "9f2c", "judge", listed))
+    write_student_exercise(own, ClassExercise("exercise.bvh", "9f2c", "judge", listed))
     verdicts = (Judged(1, listed[0], Decision.REJECTED),)
-    write_answer(handed, StudentAnswer("A. Student", 312.4, "exercise.bvh", "9f2c", verdicts))
+    write_student_answer(
+        handed, StudentAnswer("A. Student", 312.4, "exercise.bvh", "9f2c", verdicts)
+    )
     return [json.loads(path.read_text(encoding="utf-8")) for path in (own, handed)]
 
 
@@ -318,7 +320,7 @@ def test_the_journal_s_lines_are_those_that_are_written():
     kinds = {kind.__name__ for kind in Command.__subclasses__()}
     assert {line["do"] for line in commands} == kinds | {"TrackBothWays", "Smooth"}
     for line in commands:
-        assert command_to_json(command_from_json(line)) == line
+        assert review_command_to_json(command_from_json(line)) == line
     head, *others = (line for line in lines if "do" not in line)
     assert others == [UNDO, REDO, {"session": head["session"]}]
     assert head == {"schema": SCHEMA, "steps": 0, "session": head["session"]}
@@ -326,9 +328,9 @@ def test_the_journal_s_lines_are_those_that_are_written():
 
 def test_the_lines_about_what_apply_wrote_are_those_that_are_written(tmp_path):
     (tmp_path / WRITTEN).write_text(APPLIED, "utf-8")
-    hashes = read_replayed_clip_hashes(tmp_path)
+    hashes = read_recorded_hashes_of_exports(tmp_path)
     assert list(hashes) == ["takes/walk.bvh", "run.bvh"]
     (tmp_path / WRITTEN).unlink()
     for name, sha256 in hashes.items():
-        add_replayed_clip_hash(tmp_path, name, sha256)
+        record_hash_of_exported_clip(tmp_path, name, sha256)
     assert (tmp_path / WRITTEN).read_text("utf-8") == APPLIED

@@ -19,7 +19,7 @@ from twistcore.review import (
 )
 from twistcore.review.commands import ChangeChains
 from twistcore.review.model import Judged, with_earlier_decisions
-from twistcore.review.reasons import make_evidence_adder, redetected_intervals
+from twistcore.review.reasons import intervals_detected_at_review_tau, make_evidence_adder
 from twistcore.skeleton.rig import AS_FOUND, Rig
 
 
@@ -65,7 +65,7 @@ def test_a_detector_that_is_not_ready_is_asked_for_flips_alone(ready):
         detector=detector,
         chains_and_limbs=(SimpleNamespace(name=LEG), SimpleNamespace(name="Beyond")),
     )
-    assert redetected_intervals(analysis, review().state) == ((LEG, 0.2), LEG)
+    assert intervals_detected_at_review_tau(analysis, review().state) == ((LEG, 0.2), LEG)
     assert asked == [("own", frozenset(Kind)) if ready else ("consistency", {Kind.LIMB_FLIP})]
 
 

@@ -11,14 +11,14 @@ from hypothesis import strategies as st
 from tests.conftest import ASSETS
 from tests.twistcore.strategies import axes, quaternions
 from twistcore.analysis.correction.twist_removal import remove_twist
-from twistcore.analysis.decomposition import WhatIf, decompose, motion_of_altered_frame
-from twistcore.analysis.decomposition.altered_frame import partial_rotation_at_stage
-from twistcore.analysis.decomposition.frame_correction import correct_frame
+from twistcore.analysis.decomposition import WhatIf, decompose, frame_motion_with_user_changes
+from twistcore.analysis.decomposition.altered_frame import swing_then_twist_at_stage
+from twistcore.analysis.decomposition.frame_correction import detect_and_correct_frame
 from twistcore.analysis.decomposition.rotation_forms import (
     EulerChannels,
-    euler_channels,
-    twist_swing_factors,
-    unwrapped_twist,
+    decompose_into_euler_channels,
+    double_cover_twist_angle,
+    twist_times_swing_factors,
 )
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
@@ -76,21 +76,21 @@ def test_what_has_no_length_has_no_direction():
 
 @given(quaternions, axes)
 def test_the_factors_in_the_other_order_make_the_same_rotation(q, a):
-    twist, swing = twist_swing_factors(q, a)
+    twist, swing = twist_times_swing_factors(q, a)
     np.testing.assert_allclose(multiply(twist, swing), q, atol=1e-12)
     np.testing.assert_allclose(np.abs(swing[0]), np.abs(swing_twist(q, a)[0][0]), atol=1e-9)
     if np.hypot(q[0], q[1:] @ a) > 1e-6:
         assert abs(swing[1:] @ a) < 1e-6
-        angle = unwrapped_twist(q, a)
+        angle = double_cover_twist_angle(q, a)
         assert abs(wrap(angle - float(twist_angle(q, a)))) < 1e-6
-        assert abs(abs(angle - unwrapped_twist(-q, a)) - 2.0 * math.pi) < 1e-9
+        assert abs(abs(angle - double_cover_twist_angle(-q, a)) - 2.0 * math.pi) < 1e-9
 
 
 def test_a_twist_that_is_not_wrapped_goes_beyond_half_a_turn():
     x = np.array([1.0, 0.0, 0.0])
     for degrees in (-300.0, -100.0, 0.0, 170.0, 300.0):
         q = [math.cos(math.radians(degrees) / 2), math.sin(math.radians(degrees) / 2), 0.0, 0.0]
-        assert math.degrees(unwrapped_twist(q, x)) == pytest.approx(degrees)
+        assert math.degrees(double_cover_twist_angle(q, x)) == pytest.approx(degrees)
 
 
 @given(
@@ -101,7 +101,7 @@ def test_channels_are_the_angles_of_the_file_beside_those_that_are_near(order, a
     angles = np.array(angles)
     q = quaternion_from_euler(order, angles)
     near = angles + np.array([2.0 * math.pi, 0.01, -0.01])
-    found = euler_channels(order, q, near)
+    found = decompose_into_euler_channels(order, q, near)
     assert found.order == order
     assert float(geodesic_angle(quaternion_from_euler(order, found.angles), q)) < 1e-6
     if abs(angles[1]) < 1.4:
@@ -124,7 +124,7 @@ def test_the_first_axis_and_the_last_lock_within_five_degrees():
 @given(quaternions, axes, st.floats(-1.0, 3.0))
 def test_a_stage_is_a_share_of_the_swing_then_one_of_the_twist(q, a, stage):
     swing, twist = swing_twist(q, a)
-    found = partial_rotation_at_stage(q, a, stage)
+    found = swing_then_twist_at_stage(q, a, stage)
     part = min(max(stage, 0.0), 1.0)
     full = 2.0 * math.atan2(np.linalg.norm(swing[1:]), abs(swing[0]))
     if min(full, math.pi - full) < 1e-3:
@@ -153,7 +153,7 @@ def test_a_nudge_tips_the_bone_out_of_its_plane():
 
 def test_of_a_limb_without_a_swing_or_a_bend_some_plane_is_taken():
     straight = WhatIf(swing=0.0, bend=0.0)
-    rotations = motion_of_altered_frame(MOTION, CHAIN, 40, straight).rotations
+    rotations = frame_motion_with_user_changes(MOTION, CHAIN, 40, straight).rotations
     still = MOTION.sliced(40, 41).with_rotations(rotations)
     axis = replace(CHAIN, axis=vector_at_frame(CHAIN.axis, 40), arm=vector_at_frame(CHAIN.arm, 40))
     for what_if, alpha, bend in (
@@ -232,7 +232,9 @@ def test_an_axis_that_varies_is_that_of_its_frame_and_of_the_one_before():
         assert reliability == pytest.approx(whole.swing_reliability[before])
         fixed = replace(CHAIN, axis=moving.axis[frame], arm=moving.arm[frame])
         what_if = WhatIf(twist=0.5, counter=True, swing=0.8, bend=1.0)
-        here, there = (motion_of_altered_frame(MOTION, c, frame, what_if) for c in (moving, fixed))
+        here, there = (
+            frame_motion_with_user_changes(MOTION, c, frame, what_if) for c in (moving, fixed)
+        )
         np.testing.assert_allclose(here.rotations, there.rotations, atol=1e-12)
 
 
@@ -244,7 +246,7 @@ def test_an_axis_that_varies_is_that_of_its_frame_and_of_the_one_before():
 @pytest.mark.parametrize("own", [None, 2.5])
 def test_as_captured_what_is_taken_off_is_offset_or_the_intervals_own(frame, tau, own):
     strength = float(SIGNALS.strength[frame])
-    found = correct_frame(
+    found = detect_and_correct_frame(
         MOTION, CHAIN, frame, WhatIf(applied=0.5), tau=tau, offset_before=3.0, own=own
     )
     err = math.copysign(strength, SIGNALS.dtheta_p[frame]) if strength >= tau else 0.0
@@ -266,7 +268,7 @@ def test_as_captured_what_is_taken_off_is_offset_or_the_intervals_own(frame, tau
     for mine, theirs in pairs:
         assert float(geodesic_angle(mine, theirs)) < 1e-7
     assert found.q_parent @ found.before.q == pytest.approx(1.0)
-    none = correct_frame(MOTION, CHAIN, frame, WhatIf(), tau=tau, offset_before=3.0)
+    none = detect_and_correct_frame(MOTION, CHAIN, frame, WhatIf(), tau=tau, offset_before=3.0)
     assert none.taken == 0.0
     np.testing.assert_array_equal(none.parent_after, none.q_parent)
 
@@ -274,7 +276,7 @@ def test_as_captured_what_is_taken_off_is_offset_or_the_intervals_own(frame, tau
 def test_an_altered_frame_is_detected_as_altered_before_anything_is_taken_off():
     what_if = WhatIf(twist=TURN, counter=True, applied=1.0)
     captured = decompose(MOTION, CHAIN, 40)
-    found = correct_frame(MOTION, CHAIN, 40, what_if, tau=0.3, offset_before=0.0)
+    found = detect_and_correct_frame(MOTION, CHAIN, 40, what_if, tau=0.3, offset_before=0.0)
     assert found.before.theta_p == pytest.approx(float(wrap(captured.theta_p + TURN)), abs=1e-9)
     assert found.err == pytest.approx(TURN, abs=0.1)
     before = MOTION.rotations[40, CHAIN.parent]
@@ -288,20 +290,20 @@ def test_p_is_told_with_the_sign_of_its_swing_whatever_that_of_the_file(sign):
     rotations = MOTION.rotations.copy()
     rotations[:, CHAIN.parent] *= sign
     motion = MOTION.with_rotations(rotations)
-    found = correct_frame(motion, CHAIN, 40, WhatIf(), tau=0.3, offset_before=0.0)
+    found = detect_and_correct_frame(motion, CHAIN, 40, WhatIf(), tau=0.3, offset_before=0.0)
     assert found.q_parent @ found.before.q == pytest.approx(1.0)
     np.testing.assert_array_equal(found.q_child, MOTION.rotations[40, CHAIN.child])
 
 
 def test_where_m_is_not_defined_there_is_no_event():
     what_if = WhatIf(twist=TURN, counter=True, bend=0.0)
-    found = correct_frame(MOTION, CHAIN, 40, what_if, tau=0.0, offset_before=0.4)
+    found = detect_and_correct_frame(MOTION, CHAIN, 40, what_if, tau=0.0, offset_before=0.4)
     assert not found.before.strength_is_defined
     assert (found.err, found.whole) == (0.0, 0.4)
 
 
 def test_the_angle_between_both_products_is_the_difference():
-    found = correct_frame(MOTION, CHAIN, 40, WhatIf(), tau=0.3, offset_before=0.0)
+    found = detect_and_correct_frame(MOTION, CHAIN, 40, WhatIf(), tau=0.3, offset_before=0.0)
     turned = replace(
         found, child_after=multiply(found.child_after, quaternion_from_axis_angle(CHAIN.arm, 0.3))
     )

@@ -19,7 +19,7 @@ from tests.conftest import ASSETS
 from tests.golden_sentences import SENTENCES
 from tests.twistcore import amc_files
 from tests.twistcore.test_bvh import small
-from twistcore.analysis.why_not import why_no_interval_edge
+from twistcore.analysis.why_not import why_frame_bounds_no_interval
 from twistcore.batch.gates import parse_batch_rule
 from twistcore.cli import main
 from twistcore.detection import Kind
@@ -137,8 +137,8 @@ def _names():
 def _review():
     found = tc.detect(tc.read_clip(DIRTY))
     yield "detection", repr(found)
-    yield "no edge", why_no_interval_edge(found, "LeftForeArm", 50).text
-    yield "in an interval", why_no_interval_edge(found, "LeftForeArm", found[0].start).text
+    yield "no edge", why_frame_bounds_no_interval(found, "LeftForeArm", 50).text
+    yield "in an interval", why_frame_bounds_no_interval(found, "LeftForeArm", found[0].start).text
     review = tc.Review(found)
     for command in (
         Decide((1,), Decision.ACCEPTED),

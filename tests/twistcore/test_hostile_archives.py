@@ -17,10 +17,10 @@ import pytest
 from tests.fuzz.poses_damage import npy
 from tests.twistcore.processor_time import grown, spent
 from twistcore.errors import NpzError, TwistError
-from twistcore.formats.clip import patch_clip
+from twistcore.formats.clip import create_file_patch_for_motion
 from twistcore.formats.npz import parse_npz
 from twistcore.formats.npz.pickled_arrays import read_pickle
-from twistcore.formats.npz.vector_branch import continuous_rotation_vectors
+from twistcore.formats.npz.vector_branch import continuous_npz_rotation_vectors
 from twistcore.formats.reading import is_clip_without_motion
 from twistcore.formats.smpl.pose_files import read_pose_file
 from twistcore.formats.smpl.pose_layouts import find_poses
@@ -120,7 +120,7 @@ def test_numbers_are_the_same_by_row_by_column_and_in_either_byte_order():
             clip = parse_npz(packed(poses=npy(array)))
             np.testing.assert_array_equal(clip.poses, array)
             motion = clip.motion.with_rotations(clip.motion.rotations[::-1].copy())
-            again = parse_npz(patch_clip(clip, motion).data)
+            again = parse_npz(create_file_patch_for_motion(clip, motion).data)
             assert (again.poses.dtype, again.poses.shape) == (array.dtype, (4, 66))
             assert geodesic_angle(again.motion.rotations, motion.rotations).max() < 0.01
 
@@ -258,7 +258,7 @@ def test_poses_by_persons_and_rows_take_time_for_their_size(tmp_path):
 def test_vectors_of_thousands_of_turns_are_corrected_in_bounded_memory():
     q = np.tile([1.0, 0.0, 0.0, 0.0], (3, 1))
     far = np.full((3, 3), 9e5)
-    assert peak_of(lambda: continuous_rotation_vectors(q, far, far[0], far[1])) < 1_000_000
+    assert peak_of(lambda: continuous_npz_rotation_vectors(q, far, far[0], far[1])) < 1_000_000
 
 
 def test_keys_that_all_hash_alike_are_refused():

@@ -10,7 +10,7 @@ from twistcore.errors import AmcError, BvhError, TwistError
 from twistcore.formats.amc import parse_amc, parse_asf
 from twistcore.formats.bvh import parse_bvh
 from twistcore.formats.bvh.compose import bvh_text
-from twistcore.formats.clip import Clip, patch_clip
+from twistcore.formats.clip import Clip, create_file_patch_for_motion
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.limb import find_limbs
 
@@ -102,7 +102,7 @@ def test_numbers_with_exponents_are_rewritten_in_one_go():
         return clip, clip.motion.with_rotations(q)
 
     rows = 20_000
-    patch = grown(turned, lambda made: patch_clip(*made), rows)
+    patch = grown(turned, lambda made: create_file_patch_for_motion(*made), rows)
     assert parse_bvh(patch.data).frames == rows
 
 

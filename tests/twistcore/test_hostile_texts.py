@@ -30,7 +30,7 @@ from twistcore.analysis.correction.twist_removal import refine
 from twistcore.batch.junit import junit_xml
 from twistcore.batch.manifest import ClipRecord
 from twistcore.batch.result_files import clips_csv
-from twistcore.detection.interval_offsets import constant_interval
+from twistcore.detection.interval_offsets import new_constant_offset_interval
 from twistcore.export.markers import blender_markers
 from twistcore.export.scene_script import PROGRAMS, SceneOptions, scene_script
 from twistcore.files.encoding import escape_csv_cell, unescape_csv_cell
@@ -288,7 +288,7 @@ def test_a_script_is_data_and_its_own_code(judged, program):
 
 def shape_of_script(clip, state, program):
     chains = detect(clip, tau_degrees=4.0).chains
-    moved = refine(clip.motion, chains, [constant_interval(chains[0].name, 20, 30, 0.5)])
+    moved = refine(clip.motion, chains, [new_constant_offset_interval(chains[0].name, 20, 30, 0.5)])
     text = scene_script(clip.name, clip.motion, moved, state.intervals[:2], SceneOptions(program))
     assert not steered(text)
     return [(type(node).__name__, getattr(node, "name", "")) for node in ast.parse(text).body]

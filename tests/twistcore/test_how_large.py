@@ -10,23 +10,23 @@ from tests.twistcore import amc_files
 from tests.twistcore.batch_records import done, interval
 from tests.twistcore.reviews import CHAINS, CLIP, flip
 from twistcore.analysis.clip_analysis import ClipAnalysis
-from twistcore.analysis.clip_severity import percent_affected
+from twistcore.analysis.clip_severity import percent_of_frames_with_error
 from twistcore.batch.clip_result import process_clip
 from twistcore.batch.parameters import Parameters
-from twistcore.batch.result_files import clip_row
+from twistcore.batch.result_files import clip_result_row
 from twistcore.detection import Interval
 from twistcore.report.clip_page import clip_page_html
 from twistcore.report.document import Report, report_to_json
 from twistcore.report.folder_numbers import FolderNumbers
 from twistcore.review import start_review
-from twistcore.skeleton.rotation import largest_and_rms
+from twistcore.skeleton.rotation import largest_and_rms_angle_degrees
 
 
 def test_an_angle_beyond_a_half_turn_counts_by_the_shorter_way():
-    largest, rms = largest_and_rms(np.radians([243.0, -30.0]))
+    largest, rms = largest_and_rms_angle_degrees(np.radians([243.0, -30.0]))
     assert largest == pytest.approx(117.0)
     assert rms == pytest.approx(math.sqrt((117.0**2 + 30.0**2) / 2.0))
-    assert largest_and_rms([]) == (0.0, 0.0)
+    assert largest_and_rms_angle_degrees([]) == (0.0, 0.0)
 
 
 def finding(monkeypatch, *found):
@@ -66,16 +66,16 @@ def test_a_batch_counts_as_applied_what_was(monkeypatch, tmp_path):
 
 
 def test_the_share_of_frames_is_of_frames_and_of_none_it_is_none():
-    assert percent_affected(10, 40) == 25.0
-    assert percent_affected(0, 0) == 0.0
+    assert percent_of_frames_with_error(10, 40) == 25.0
+    assert percent_of_frames_with_error(0, 0) == 0.0
 
 
 def test_the_table_and_the_page_have_the_same_share():
     walk = done("a.bvh", interval())
     numbers = FolderNumbers()
     row = numbers.add(walk)
-    share = percent_affected(walk.result["affected_frames"], walk.result["frames"])
+    share = percent_of_frames_with_error(walk.result["affected_frames"], walk.result["frames"])
     assert 0.0 < share < 100.0
-    assert clip_row(walk)["affected_percent"] == row.share == numbers.share == share
+    assert clip_result_row(walk)["affected_percent"] == row.share == numbers.share == share
     numbers.add(done("b.bvh"))
     assert numbers.share == share / 2

@@ -11,11 +11,15 @@ from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.correction.twist_removal import refine, remove_twist
 from twistcore.cli import main
 from twistcore.detection import Interval, Kind
-from twistcore.detection.natural_events import NaturalEvent, limb_flip_events, names_with_events
+from twistcore.detection.natural_events import (
+    NaturalEvent,
+    chains_and_limbs_with_events,
+    limb_flip_events,
+)
 from twistcore.errors import FormatError, TwistError
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
-from twistcore.skeleton.limb import find_limbs, limb_positions
+from twistcore.skeleton.limb import find_limbs, limb_middle_and_end_positions
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import geodesic_angle
 from twistcore.study.benchmark import passes, runner
@@ -28,17 +32,21 @@ from twistcore.study.benchmark.clip_scene import CleanScene
 from twistcore.study.benchmark.markdown import benchmark_to_markdown
 from twistcore.study.benchmark.tables import benchmark_rows
 from twistcore.study.benchmark.tally import Tally
-from twistcore.study.evaluation import measure_corrected_clip, segment_sort_key, summarise_samples
+from twistcore.study.evaluation import (
+    body_segment_sort_key,
+    measure_corrected_clip,
+    summarise_samples,
+)
 from twistcore.synthesis import (
     PROTOCOLS,
     InjectedError,
     Truth,
-    apply_protocol_options,
     clip_random_generator,
     draw_errors,
     draw_targets,
     inject,
     parse_protocol,
+    prepare_clean_motion_for_injection,
     read_truth,
     write_truth,
 )
@@ -72,7 +80,7 @@ def drawn(name, seed=5):
 def scene_of(name):
     """Without the audit, for which a detector would be asked."""
     protocol = parse_protocol(name)
-    motion = apply_protocol_options(WALK.sliced(1, WALK.frames), CHAINS, protocol)
+    motion = prepare_clean_motion_for_injection(WALK.sliced(1, WALK.frames), CHAINS, protocol)
     chains = find_chains(motion)
     return CleanScene("walk.bvh", protocol, motion, chains, find_limbs(motion, chains), 1, ())
 
@@ -112,7 +120,10 @@ def test_the_middle_joint_goes_round_the_line_and_the_end_stays(limb, carried):
     error = flip(limb, 100, 120, 130.0, carried=carried)
     dirty = inject(WALK, EVERY, [error])
     at = slice(100, 120)
-    (middle, end), (turned, still) = limb_positions(WALK, limb), limb_positions(dirty, limb)
+    (middle, end), (turned, still) = (
+        limb_middle_and_end_positions(WALK, limb),
+        limb_middle_and_end_positions(dirty, limb),
+    )
     np.testing.assert_allclose(still, end, atol=1e-9 * WALK.skeleton.height)
     line = end / np.linalg.norm(end, axis=1)[:, None]
     along = np.einsum("fi,fi->f", middle, line)[:, None] * line
@@ -199,7 +210,7 @@ def test_an_evaluation_has_rows_of_whole_limbs():
         summarise_samples([measure_corrected_clip(truth, WALK, WALK, CHAINS)]).overall.fsr_percent
         == 100.0
     )
-    assert sorted(["whole leg", "x", "whole arm", "Leg"], key=segment_sort_key) == [
+    assert sorted(["whole leg", "x", "whole arm", "Leg"], key=body_segment_sort_key) == [
         "Leg", "whole arm", "whole leg", "x"
     ]  # fmt: skip
 
@@ -275,12 +286,15 @@ def test_a_flip_of_the_clips_own_takes_its_neighbours_out_of_the_audit():
         "chain": arm.name, "kind": "limb flip", "start": 5, "stop": 9, "degrees": 180.0
     }  # fmt: skip
     assert (event.joint, event.chain) == (arm.parent, arm.name)
-    out = names_with_events(WALK.skeleton, CHAINS, LIMBS, [event])
+    out = chains_and_limbs_with_events(WALK.skeleton, CHAINS, LIMBS, [event])
     assert out == {arm.name, "LeftShoulder", "LeftArm", "LeftForeArm"}
     leg = next(limb for limb in LIMBS if limb.label == "Right leg")
     own = NaturalEvent("RightLeg", "flip", 5, 6, 90.0, leg.child)
-    assert names_with_events(WALK.skeleton, CHAINS, LIMBS, [own]) == {"RightLeg", leg.name}
-    assert names_with_events(WALK.skeleton, CHAINS, LIMBS, []) == frozenset()
+    assert chains_and_limbs_with_events(WALK.skeleton, CHAINS, LIMBS, [own]) == {
+        "RightLeg",
+        leg.name,
+    }
+    assert chains_and_limbs_with_events(WALK.skeleton, CHAINS, LIMBS, []) == frozenset()
 
 
 @pytest.mark.thorough

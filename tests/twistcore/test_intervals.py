@@ -22,11 +22,15 @@ from twistcore.detection.lone_jumps import largest_natural_turn, lone_jumps
 from twistcore.detection.natural_events import (
     NaturalEvent,
     chain_flip_events,
+    chains_and_limbs_with_events,
     limb_flip_events,
-    names_with_events,
     natural_events,
 )
-from twistcore.detection.paper import intervals_of_offset, paper_error_increments, running_offset
+from twistcore.detection.paper import (
+    intervals_of_offset,
+    paper_detector_error_increments,
+    paper_detector_running_offset,
+)
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.angles import circular_median
 from twistcore.skeleton.chain import find_chains
@@ -161,7 +165,7 @@ def test_the_running_sum_is_cut_where_it_comes_back(jumps, carried):
 def test_an_error_has_the_sign_of_p_and_the_size_of_m_from_tau_on():
     turns, strength = np.array([0.3, -0.3, 0.3, 0.0]), np.array([0.2, 0.1, 0.09, 0.3])
     np.testing.assert_array_equal(
-        paper_error_increments(turns, strength, 0.1), [0.2, -0.1, 0.0, 0.0]
+        paper_detector_error_increments(turns, strength, 0.1), [0.2, -0.1, 0.0, 0.0]
     )
 
 
@@ -173,7 +177,7 @@ def test_the_papers_threshold_is_five_degrees_and_its_curve_is_m():
     for chain in CHAINS:
         signals = analysis.signals[chain.name]
         assert analysis.strength(chain.name) is signals.strength
-        offset = running_offset(signals, 0.01)
+        offset = paper_detector_running_offset(signals, 0.01)
         found, wanted = (
             [(i.chain, i.start, i.stop, i.residual) for i in some]
             for some in (
@@ -262,7 +266,7 @@ def test_flips_of_limbs_are_events_and_what_else_is_found_there_is_none():
 def test_an_event_of_a_limb_counts_for_the_chains_that_share_its_ends_and_back():
     def audited(*names):
         events = [NaturalEvent(n, "interval", 0, 1, 9.0, 0) for n in names]
-        return names_with_events(WALK.skeleton, CHAINS, LIMBS, events)
+        return chains_and_limbs_with_events(WALK.skeleton, CHAINS, LIMBS, events)
 
     assert audited() == frozenset()
     for limb in LIMBS:

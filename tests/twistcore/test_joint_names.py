@@ -11,14 +11,14 @@ from twistcore.errors import FormatError, TwistError
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.joint_names import (
     ROLES,
+    changed_joint_name_meanings,
     default_vocabulary,
     interpret_names,
-    read_word_file,
-    reinterpreted_names,
+    read_joint_vocabulary_file,
     vocabulary_with_user_words,
 )
-from twistcore.skeleton.joint_vocabulary import parse_default_vocabulary
-from twistcore.skeleton.known_words_file import PLACE, vocabulary_source_code
+from twistcore.skeleton.joint_vocabulary import parse_builtin_joint_names_file
+from twistcore.skeleton.known_words_file import PLACE, joint_vocabulary_source_code
 
 SIDES = ("Left", "Right")
 HAND_TWIST = "左手捩"
@@ -205,8 +205,8 @@ def test_words_of_the_program_are_known_by_one_name():
 
 def test_the_words_that_are_loaded_are_those_of_the_table():
     """After a change of the table: python -m twistcore.skeleton.known_words_file."""
-    assert PLACE.read_text("utf-8") == vocabulary_source_code()
-    loaded, read = default_vocabulary(), parse_default_vocabulary()
+    assert PLACE.read_text("utf-8") == joint_vocabulary_source_code()
+    loaded, read = default_vocabulary(), parse_builtin_joint_names_file()
     assert contents(loaded) == contents(read)
     assert [*map(contents, loaded.languages)] == [*map(contents, read.languages)]
 
@@ -223,7 +223,7 @@ def own(tmp_path):
     def written(text):
         path = tmp_path / "names.toml"
         path.write_text(text, "utf-8")
-        return vocabulary_with_user_words(read_word_file(path))
+        return vocabulary_with_user_words(read_joint_vocabulary_file(path))
 
     return written
 
@@ -233,7 +233,7 @@ def test_own_words_are_added(own):
     vocabulary = own('[mine]\nhand = ["Pfote"]\n')
     assert [j.roles for j in interpret_names(names)] == [(), (), ("hand",)]
     assert [j.roles for j in interpret_names(names, vocabulary)] == [("hand",)] * 3
-    assert reinterpreted_names(names, vocabulary) == {
+    assert changed_joint_name_meanings(names, vocabulary) == {
         "LeftPfote": "left hand",
         "Pfote_R": "right hand",
     }
@@ -278,7 +278,7 @@ def test_a_damaged_file_is_reported_with_its_line(own, text, facts):
 
 def test_a_file_that_is_not_there(tmp_path):
     with refused(TwistError, "none.toml"):
-        read_word_file(tmp_path / "none.toml")
+        read_joint_vocabulary_file(tmp_path / "none.toml")
 
 
 def test_own_words_count_in_a_batch():

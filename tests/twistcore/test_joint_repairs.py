@@ -15,15 +15,15 @@ from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.corrected import Corrected
 from twistcore.analysis.correction.joint_repairs import JointRepairs, repair_moves_joints, repair_of
 from twistcore.analysis.correction.protected_measures import protected_measures
-from twistcore.detection.interval_offsets import resized, with_median_offset
+from twistcore.detection.interval_offsets import interval_with_given_median_offset, resized_interval
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import compare_motions
 from twistcore.formats.bvh import read_bvh
-from twistcore.report.changes import check_fidelity
+from twistcore.report.changes import check_fidelity_of_written_clip
 from twistcore.report.document import Report, report_to_json
 from twistcore.review import CarryOver, Decide, Decision, Edit, Journal, Redetect, replay_journal
 from twistcore.review.proposal import propose_error_at_jump
-from twistcore.skeleton.limb import limb_positions
+from twistcore.skeleton.limb import limb_middle_and_end_positions
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.own_axis import own_bone_axis
 from twistcore.skeleton.rotation import (
@@ -73,7 +73,9 @@ def accepted(motion, kind, angle=None):
     review = tc.Review(tc.detect(motion))
     judged = the_only(review.state, kind)
     if angle is not None:
-        review.do(Edit(judged.id, with_median_offset(judged.interval, np.radians(angle))))
+        review.do(
+            Edit(judged.id, interval_with_given_median_offset(judged.interval, np.radians(angle)))
+        )
     review.do(Decide((judged.id,), Decision.ACCEPTED, "Ada", "2026-01-01T00:00:00+00:00"))
     return review
 
@@ -264,7 +266,7 @@ def test_its_frames_and_its_angle_can_be_edited():
     motion = turned("LeftFoot", 100, 180)
     review = accepted(motion, tc.Kind.STRETCH, 90.0)
     judged = the_only(review.state, tc.Kind.STRETCH)
-    review.do(Edit(judged.id, resized(judged.interval, 90, 150)))
+    review.do(Edit(judged.id, resized_interval(judged.interval, 90, 150)))
     foot, refined = SKELETON.index("LeftFoot"), tc.refine(motion, review)
     turn = geodesic_angle(motion.rotations[:, foot], refined.rotations[:, foot])
     np.testing.assert_allclose(np.degrees(turn[90:150]), 90.0)
@@ -461,7 +463,7 @@ def test_a_session_with_a_joint_of_another_clip_is_refused(stretched, tmp_path):
 
 
 def test_a_joint_without_three_channels_is_left_and_said(stretched):
-    from twistcore.review.replay import uncorrected_sentences
+    from twistcore.review.replay import uncorrected_and_moved_joint_sentences
 
     clip, review = stretched
     free = np.ones(len(SKELETON), dtype=bool)
@@ -473,7 +475,7 @@ def test_a_joint_without_three_channels_is_left_and_said(stretched):
     class Fixed:
         motion, path = fixed, clip.path
 
-    (left,), moved = uncorrected_sentences(Fixed, chains, chosen)
+    (left,), moved = uncorrected_and_moved_joint_sentences(Fixed, chains, chosen)
     assert "LeftFoot" in left
     assert moved == ()
 
@@ -528,7 +530,7 @@ def test_the_written_file_is_checked_against_its_source(stretched, tmp_path):
     clip, review = stretched
     refined, out = tc.refine(clip, review), tmp_path / "out.bvh"
     tc.write_clip(clip, refined, out)
-    checked = check_fidelity(clip, refined, out)
+    checked = check_fidelity_of_written_clip(clip, refined, out)
     assert (checked.outside, checked.head) == (0, True)
     assert checked.total - checked.same <= 3
 
@@ -558,7 +560,9 @@ def test_views_show_the_corrected_motion(motion, kind):
         after, exact = corrected.angles(chain), twist_signals(refined, chain)
         np.testing.assert_allclose(wrap(after.theta_p - exact.theta_p), 0.0, atol=1e-9)
     for limb in analysis.limbs:
-        true = analysis.flips.limbs[limb.name].swivel.angle_at(*limb_positions(refined, limb))
+        true = analysis.flips.limbs[limb.name].swivel.angle_at(
+            *limb_middle_and_end_positions(refined, limb)
+        )
         off = wrap(corrected.swivel(limb) - true)[interval.start : interval.stop]
         np.testing.assert_allclose(off, 0.0, atol=1e-9)
 

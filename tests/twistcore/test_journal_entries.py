@@ -43,7 +43,7 @@ from twistcore.review.journal import (
     REDO,
     UNDO,
     command_from_json,
-    command_to_json,
+    review_command_to_json,
     session_journal_entry,
 )
 from twistcore.review.left_out import LeaveOut
@@ -99,7 +99,7 @@ EVERY = {
 
 def test_a_program_that_does_not_know_the_reason_reads_the_rejection():
     command = Decide((1, 2), Decision.REJECTED, "Ada", "then", reason="noise")
-    line = command_to_json(command)
+    line = review_command_to_json(command)
     first = {"do", "ids", "decision", "reviewer", "decided_at", "in_bulk"}  # the keys it knows
     assert first < line.keys()
     plain = command_from_json({key: line[key] for key in first})
@@ -112,12 +112,12 @@ def test_there_is_a_line_for_every_command():
 
 @pytest.mark.parametrize(("command", "line"), EVERY.items(), ids=lambda x: type(x).__name__)
 def test_a_command_is_its_verb_and_its_fields_and_comes_back(command, line):
-    found = json.loads(json.dumps(command_to_json(command)))
+    found = json.loads(json.dumps(review_command_to_json(command)))
     assert found == line
     assert list(found) == list(line)
     back = command_from_json(found)
     assert type(back) is type(command)
-    assert json.loads(json.dumps(command_to_json(back))) == line
+    assert json.loads(json.dumps(review_command_to_json(back))) == line
     for name in ("ids", "spans", "again", "decision", "rig", "tracking"):  # as they were, not lists
         assert getattr(back, name, None) == getattr(command, name, None)
         assert type(getattr(back, name, None)) is type(getattr(command, name, None))
@@ -177,7 +177,12 @@ def test_every_line_of_a_journal(path):
     session = json.loads(session_bytes(CLIP, BEGUN))
     head, *lines = map(json.loads, path.read_bytes().splitlines())
     assert head == {"schema": "twistcore.journal/1", "steps": 4, "session": session}
-    assert lines == [command_to_json(decide), {"undo": True}, {"redo": True}, {"session": session}]
+    assert lines == [
+        review_command_to_json(decide),
+        {"undo": True},
+        {"redo": True},
+        {"session": session},
+    ]
     back = replay_journal(path, CLIP)
     assert (back.path, back.session.sha256) == (path, CLIP.sha256)
     assert (back.entries, back.steps, back.damaged) == (4, 8, 0)
@@ -445,7 +450,7 @@ def test_going_on_cuts_what_is_damaged_and_puts_the_whole_beside(path):
     assert path.with_name(f"{path.name}.damaged").read_bytes() == whole
     journal.do(Annotate(1, "more"))
     assert journal.is_there()
-    line = json.dumps(command_to_json(Annotate(1, "more"))).encode() + b"\n"
+    line = json.dumps(review_command_to_json(Annotate(1, "more"))).encode() + b"\n"
     assert path.read_bytes() == whole[: back.size] + line  # before it is closed, too
     journal.close()
     again = replay_journal(path)

@@ -13,10 +13,10 @@ from tests.conftest import ASSETS
 from tests.messages import names_in_one_line, numbers
 from twistcore.analysis.clip_analysis import analyse, detect
 from twistcore.cli import main
-from twistcore.detection.interval_offsets import constant_interval
+from twistcore.detection.interval_offsets import new_constant_offset_interval
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decide, Decision, Review, write_session
-from twistcore.review.folder_sessions import sessions_in
+from twistcore.review.folder_sessions import session_files_by_clip
 from twistcore.review.model import Judged
 from twistcore.review.session import session_document, session_from_document
 from twistcore.skeleton.rig import skeleton_hash
@@ -24,10 +24,10 @@ from twistcore.tuning import GRID, read_profile
 from twistcore.tuning.learned_confidence import (
     verdicts_with_confidence,
 )
-from twistcore.tuning.verdict_curve import verdict_curve
+from twistcore.tuning.verdict_curve import tau_curve_from_verdicts
 from twistcore.tuning.verdicts_of import (
-    detection_mask_by_tau,
     judged_clip_from_review,
+    judged_intervals_found_per_tau,
     performer_of_clip,
     read_judged_clip,
 )
@@ -121,7 +121,10 @@ def test_a_lower_tau_alone_is_no_look(analysis):
     low = before.reviewed[chain] / 4.0
     listed = analysis.by().intervals(chain, before.reviewed[chain])
     free = [t for t in range(0, 300, 9) if not any(i.start < t + 5 and t < i.stop for i in listed)]
-    waits = [Judged(900 + k, constant_interval(chain, t, t + 5, low)) for k, t in enumerate(free)]
+    waits = [
+        Judged(900 + k, new_constant_offset_interval(chain, t, t + 5, low))
+        for k, t in enumerate(free)
+    ]
     tau = {**state.tau, chain: low}
     lowered = replace(state, tau=tau).with_intervals((*state.intervals, *waits))
     after = judged_clip_from_review(analysis, lowered)
@@ -164,7 +167,7 @@ def test_an_error_made_by_hand_is_missed_at_every_tau_unless_it_is_found(analysi
     state = judged_state(analysis, lambda _: Decision.ACCEPTED)
     hand = Judged(
         99,
-        constant_interval("LeftUpLeg", 300, 310, 0.5),
+        new_constant_offset_interval("LeftUpLeg", 300, 310, 0.5),
         Decision.ACCEPTED,
         by_hand=True,
         reviewer="me",
@@ -173,7 +176,7 @@ def test_an_error_made_by_hand_is_missed_at_every_tau_unless_it_is_found(analysi
     (mine,) = (v for v in judged_clip.verdicts if v.by_hand)
     assert not mine.found.any()
     assert mine.confidence is None
-    curve = verdict_curve([judged_clip])
+    curve = tau_curve_from_verdicts([judged_clip])
     assert curve.recall.max() == pytest.approx(1 - 1 / len(judged_clip.verdicts))
     assert len(verdicts_with_confidence([judged_clip])) == len(judged_clip.verdicts) - 1
 
@@ -185,7 +188,9 @@ class Lists:
         self.spans = spans
 
     def intervals(self, chain, tau):
-        return tuple(constant_interval(chain, start, stop, 0.5) for start, stop in self.spans)
+        return tuple(
+            new_constant_offset_interval(chain, start, stop, 0.5) for start, stop in self.spans
+        )
 
 
 @pytest.mark.parametrize(
@@ -199,8 +204,11 @@ class Lists:
     ],
 )
 def test_an_error_has_to_be_found_and_an_alarm_only_to_sound(spans, found):
-    judged = [constant_interval("A", 10, 20, 0.5), constant_interval("A", 40, 60, 0.5)]
-    by_tau = detection_mask_by_tau(judged, [True, False], Lists(*spans), "A")
+    judged = [
+        new_constant_offset_interval("A", 10, 20, 0.5),
+        new_constant_offset_interval("A", 40, 60, 0.5),
+    ]
+    by_tau = judged_intervals_found_per_tau(judged, [True, False], Lists(*spans), "A")
     assert tuple(by_tau.all(axis=1)) == found
     assert tuple(by_tau.any(axis=1)) == found
 
@@ -212,7 +220,7 @@ def test_sessions_of_a_folder(tmp_path, analysis):
     write_session(clip, state, tmp_path / "05_01.twist.json")
     write_session(clip, state, tmp_path / "05_01_refined.replay.json")
     (tmp_path / "other.json").write_text("{}")
-    ((found, session),) = sessions_in(tmp_path).of.items()
+    ((found, session),) = session_files_by_clip(tmp_path).of.items()
     judged_clip = read_judged_clip(found, session)
     assert judged_clip.performer == "05"
     assert len(judged_clip.verdicts) == len(state.intervals)
@@ -220,14 +228,14 @@ def test_sessions_of_a_folder(tmp_path, analysis):
     document = session_document(clip, state)
     for k, name in enumerate(("", "/", 300 * "a")):  # of no clip at all
         (tmp_path / f"none{k}.json").write_text(json.dumps(document | {"clip": name}))
-    there = sessions_in(tmp_path)
+    there = session_files_by_clip(tmp_path)
     assert (there.of, there.damaged) == ({found: session}, ())
     stale = tmp_path / "stale.json"  # saved later, but for other bytes
     stale.write_text(json.dumps(document | {"sha256": "0" * 64}))
     os.utime(stale, (2e9, 2e9))
-    assert sessions_in(tmp_path).of == {found: session}
+    assert session_files_by_clip(tmp_path).of == {found: session}
     session.unlink()
-    assert sessions_in(tmp_path).of == {found: stale}
+    assert session_files_by_clip(tmp_path).of == {found: stale}
     write_session(clip, state, session)
     shutil.copy(ASSETS / "walk.bvh", path)
     with pytest.raises(Exception, match="another version"):
@@ -238,7 +246,7 @@ def test_of_two_clips_of_one_stem_a_damaged_session_is_of_the_one_in_its_name(tm
     for name in ("a.amc", "a.bvh"):
         (tmp_path / name).touch()
         (tmp_path / f"{name.removesuffix('.bvh')}.twist.json").write_text("garbage")
-    judged_clip = {d.path.name: d.clip.name for d in sessions_in(tmp_path).damaged}
+    judged_clip = {d.path.name: d.clip.name for d in session_files_by_clip(tmp_path).damaged}
     assert judged_clip == {"a.twist.json": "a.bvh", "a.amc.twist.json": "a.amc"}
 
 
@@ -255,7 +263,7 @@ def test_a_damaged_session_is_told_with_its_clip(tmp_path, damage):
     text = damage if isinstance(damage, str) else json.dumps(whole | damage)
     for name in ("a.twist.json", "other.json"):
         (tmp_path / name).write_text(text)
-    there = sessions_in(tmp_path)
+    there = session_files_by_clip(tmp_path)
     assert not there.of
     named = damage == "garbage"  # what it is of, it does not say, nor that it is a session
     of = "a.bvh" if named else "b.bvh"

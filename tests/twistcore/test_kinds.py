@@ -168,14 +168,14 @@ def test_it_is_never_repaired_and_the_commands_say_so(session, tmp_path):
 
 def test_why_not_speaks_of_it(session):
     from twistcore.analysis.clip_analysis import Detection
-    from twistcore.analysis.why_not import why_no_interval_edge
+    from twistcore.analysis.why_not import why_frame_bounds_no_interval
 
     state = tc.read_session(session).state
     analysis = tc.analyse(tc.read_clip(WALK))
     intervals = tuple(j.interval for j in state.intervals)
     found = Detection(analysis, "consistency", state.tau, intervals)
     interval = intervals[1]
-    reason = why_no_interval_edge(found, interval.chain, interval.start + 1)
+    reason = why_frame_bounds_no_interval(found, interval.chain, interval.start + 1)
     assert f"{LATER} " in reason.text
 
 

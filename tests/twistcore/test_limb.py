@@ -11,7 +11,7 @@ from twistcore.skeleton.limb import (
     bone_lengths,
     find_limbs,
     joint_path,
-    limb_positions,
+    limb_middle_and_end_positions,
     path_end_position,
 )
 from twistcore.skeleton.motion import Motion, Skeleton, forward_kinematics
@@ -39,7 +39,7 @@ def test_arms_and_legs_of_a_named_body():
 def test_where_the_knee_and_the_ankle_are_from_the_hip():
     in_room, positions = forward_kinematics(WALK)
     for limb in limbs_of(WALK):
-        to_child, to_end = limb_positions(WALK, limb)
+        to_child, to_end = limb_middle_and_end_positions(WALK, limb)
         for place, joint in ((to_child, limb.child), (to_end, limb.end)):
             way = positions[:, joint] - positions[:, limb.parent]
             assert np.allclose(np.linalg.norm(place, axis=1), np.linalg.norm(way, axis=1))
@@ -114,7 +114,7 @@ def test_a_limb_of_bones_in_pieces_and_with_positions():
     limb = as_limb(motion, make_chain(motion, 1, 5, 8))
     assert (limb.name, joint_path(skeleton, 1, 5)) == ("h-z", (2, 3, 4, 5))
     turned, positions = forward_kinematics(motion)
-    for place, joint in zip(limb_positions(motion, limb), (5, 8), strict=True):
+    for place, joint in zip(limb_middle_and_end_positions(motion, limb), (5, 8), strict=True):
         in_room = rotate(turned[:, 0], place)
         np.testing.assert_allclose(in_room, positions[:, joint] - positions[:, 1], atol=1e-12)
     still = path_end_position(motion, (6, 7, 8))

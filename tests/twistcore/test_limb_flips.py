@@ -15,7 +15,7 @@ from twistcore.detection.limb_flips.jumps import Jump
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
 from twistcore.skeleton.chain import find_chains
-from twistcore.skeleton.limb import find_limbs, limb_positions
+from twistcore.skeleton.limb import find_limbs, limb_middle_and_end_positions
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import (
     conjugate,
@@ -122,7 +122,7 @@ def test_a_flip_of_a_straight_leg_is_seen_in_the_rotations_alone():
     rotations = WALK.motion.rotations.copy()
     rotations[:, leg.child] = (1.0, 0.0, 0.0, 0.0)
     straight = WALK.motion.with_rotations(rotations)
-    to_knee, to_ankle = limb_positions(straight, leg)
+    to_knee, to_ankle = limb_middle_and_end_positions(straight, leg)
     aside = np.linalg.norm(np.cross(to_knee, to_ankle), axis=1)
     assert (aside / np.linalg.norm(to_ankle, axis=1) ** 2).max() < 0.02
     intervals = found(flipped(straight, "Left leg", (60, 75, 150.0, False)), "Left leg")

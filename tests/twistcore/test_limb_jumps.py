@@ -12,15 +12,15 @@ from tests.tiers import parametrize
 from twistcore.detection.limb_flips.jumps import (
     median_around,
     natural_departure_scale,
-    rotation_departures,
+    rotations_minus_nearby_median,
     sharp_jumps,
     soft_jumps,
 )
-from twistcore.detection.limb_flips.swivel import _usual_side, swivel_of
+from twistcore.detection.limb_flips.swivel import _usual_side, compute_limb_swivel
 from twistcore.formats.bvh import read_bvh
-from twistcore.skeleton.angles import angle_about
+from twistcore.skeleton.angles import vector_angles_about_axis
 from twistcore.skeleton.chain import find_chains
-from twistcore.skeleton.limb import find_limbs, joint_path, limb_positions
+from twistcore.skeleton.limb import find_limbs, joint_path, limb_middle_and_end_positions
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle, wrap
 
@@ -52,9 +52,12 @@ def test_around_is_the_median_of_four_frames_on_either_side(frames):
     values = turns_of(frames, frames) + 0.3
     np.testing.assert_allclose(median_around(values), plain_around(values), atol=1e-12)
     np.testing.assert_allclose(
-        rotation_departures(values), wrap(values - plain_around(values)), atol=1e-12
+        rotations_minus_nearby_median(values), wrap(values - plain_around(values)), atol=1e-12
     )
-    assert np.abs(rotation_departures(np.array([0.0, 3.0, -3.0, 3.0, 3.0, 3.0]))).max() <= np.pi
+    assert (
+        np.abs(rotations_minus_nearby_median(np.array([0.0, 3.0, -3.0, 3.0, 3.0, 3.0]))).max()
+        <= np.pi
+    )
 
 
 @pytest.mark.parametrize(("fps", "frames"), [(10.0, 60), (30.0, 9), (120.0, 60), (240.0, 30)])
@@ -210,7 +213,7 @@ def test_the_swivel_is_what_places_and_rotations_in_the_room_say(kind, name):
     to_child, to_end = at[:, limb.child] - at[:, limb.parent], at[:, limb.end] - at[:, limb.parent]
     norm = np.linalg.norm
     length = norm(to_child, axis=1).mean() + norm(to_end - to_child, axis=1).mean()
-    found = swivel_of(motion, limb)
+    found = compute_limb_swivel(motion, limb)
     line = to_end / norm(to_end, axis=1)[:, None]
     aside = to_child - (to_child * line).sum(axis=1)[:, None] * line
     height = norm(aside, axis=1) / length
@@ -273,7 +276,7 @@ def test_the_swivel_is_what_places_and_rotations_in_the_room_say(kind, name):
 def test_the_usual_side_is_that_of_most_frames_weighed_by_height(kind):
     motion = motion_of(3, kind)
     for limb in LIMBS:
-        to_child, to_end = limb_positions(motion, limb)
+        to_child, to_end = limb_middle_and_end_positions(motion, limb)
         line = to_end / np.linalg.norm(to_end, axis=1)[:, None]
         aside = to_child - (to_child * line).sum(axis=1)[:, None] * line
         weighed = aside / np.linalg.norm(aside, axis=1).max()
@@ -283,7 +286,7 @@ def test_the_usual_side_is_that_of_most_frames_weighed_by_height(kind):
             if not agree:
                 break
             side = np.mean(agree, axis=0)
-        swivel = swivel_of(motion, limb)
+        swivel = compute_limb_swivel(motion, limb)
         np.testing.assert_allclose(swivel.side, side, atol=1e-9)
         other = swivel.angle_at(2.0 * to_child[:5], 3.0 * to_end[:5])
         np.testing.assert_allclose(other, swivel.angle[:5], atol=1e-9)
@@ -303,7 +306,7 @@ def test_a_limb_that_is_folded_up_has_no_line_and_does_not_jump(share, lined):
     back = plain_way(second / (share * size), -first / size).as_quat()
     q[folded, limb.child] = np.roll(back, 1)
     motion = replace(motion, skeleton=replace(motion.skeleton, offsets=offsets), rotations=q)
-    found = swivel_of(motion, limb)
+    found = compute_limb_swivel(motion, limb)
     if lined:
         assert found.jump[[5, 8, 15, 16]].all()
         return
@@ -323,5 +326,5 @@ def test_the_angle_about_an_axis_has_a_sign():
     axis, a = np.array([[0.0, 0.0, 1.0]]), np.array([[2.0, 0.0, 0.0]])
     for phi in (-3.0, -0.4, 0.0, 1.0, 2.0):
         b = np.array([[np.cos(phi), np.sin(phi), 0.0]])
-        assert angle_about(axis, a, b) == pytest.approx(phi)
-        assert angle_about(-axis, a, b) == pytest.approx(-phi)
+        assert vector_angles_about_axis(axis, a, b) == pytest.approx(phi)
+        assert vector_angles_about_axis(-axis, a, b) == pytest.approx(-phi)

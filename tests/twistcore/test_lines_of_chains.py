@@ -19,7 +19,7 @@ from twistcore.detection.consistency.detector import (
     _lines,
     find_jumps,
 )
-from twistcore.detection.counter_twist.edges import find_edges
+from twistcore.detection.counter_twist.edges import find_interval_edges_and_steps
 from twistcore.detection.cuts import segments_between
 from twistcore.detection.detectors.consistency import ConsistencyDetector
 from twistcore.detection.limbs import Limbs
@@ -268,7 +268,7 @@ def test_jumps_are_sought_row_by_row_each_at_its_own_threshold():
         assert j.tau == automatic_tau(j.counter, j.row)
         assert j.fps == 50.0
         assert [(t.low, t.high) for t in j.tables] == [(0, 18), (18, 40)]
-        edges, step = find_edges(j.counter, j.row)
+        edges, step = find_interval_edges_and_steps(j.counter, j.row)
         np.testing.assert_array_equal(j.edges.jump, edges.jump)
         np.testing.assert_array_equal(j.step, step)
 

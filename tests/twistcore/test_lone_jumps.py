@@ -17,7 +17,7 @@ from twistcore.analysis.clip_analysis import RESTLESS, analyse
 from twistcore.analysis.correction.twist_removal import automatic_corrections, refine, refiner
 from twistcore.cli import main
 from twistcore.detection import Interval, Kind
-from twistcore.detection.interval_offsets import constant_interval
+from twistcore.detection.interval_offsets import new_constant_offset_interval
 from twistcore.detection.lone_jumps import largest_natural_turn, lone_jumps
 from twistcore.detection.noise_bursts import NoiseBurst
 from twistcore.formats.bvh import read_bvh, write_motion
@@ -36,7 +36,7 @@ from twistcore.review.model import overlapping_ids
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.notes import RESTLESS_CLIP
 from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
-from twistcore.synthesis.protocol import PROTOCOLS, apply_protocol_options
+from twistcore.synthesis.protocol import PROTOCOLS, prepare_clean_motion_for_injection
 
 WALK = read_bvh(ASSETS / "walk.bvh")
 CLEAN = ("walk", "dance", "basketball")
@@ -108,7 +108,9 @@ def test_the_limit_is_a_speed_but_not_of_noise_nor_of_slow_cameras():
         [largest_natural_turn(f) for f in (240.0, 120.0, 60.0, 30.0)]
     ) == pytest.approx([60.0, 62.5, 125.0, 120.0])
     assert jumps_of(spun("LeftFoot", 100, 110, 55.0)) == []
-    slow = apply_protocol_options(WALK.motion, find_chains(WALK.motion), PROTOCOLS["H1"])
+    slow = prepare_clean_motion_for_injection(
+        WALK.motion, find_chains(WALK.motion), PROTOCOLS["H1"]
+    )
     assert jumps_of(spun("LeftFoot", 30, 40, 100.0, slow)) == []
     assert len(jumps_of(spun("LeftFoot", 30, 40, 150.0, slow))) == 2
 
@@ -176,8 +178,8 @@ def test_seen_ones_are_in_no_count_of_what_was_corrected(tmp_path, capsys):
     clip = read_bvh(path)
     review = Review.of(analyse(clip).detect())
     review.do(Decide((1,), Decision.ACCEPTED))
-    review.do(Insert(constant_interval("LeftForeArm", 10, 20, 0.5)))
-    review.do(Insert(constant_interval("LeftForeArm", 30, 40, 0.5)))
+    review.do(Insert(new_constant_offset_interval("LeftForeArm", 10, 20, 0.5)))
+    review.do(Insert(new_constant_offset_interval("LeftForeArm", 30, 40, 0.5)))
     review.do(Decide((3,), Decision.ACCEPTED))
     write_session(clip, review.state, session)
     assert [(i.chain, i.start) for i in review.accepted] == [("LeftForeArm", 10)]
@@ -198,7 +200,7 @@ def test_the_report_tells_the_turn_the_speed_and_that_it_was_seen(tmp_path):
     clip, analysis = read_bvh(path), analyse(read_bvh(path))
     review = Review.of(analysis.detect())
     review.do(Decide((1,), Decision.ACCEPTED))
-    review.do(Insert(constant_interval("LeftForeArm", 10, 20, 0.5)))
+    review.do(Insert(new_constant_offset_interval("LeftForeArm", 10, 20, 0.5)))
     chains = analysis.chains_and_limbs
     page, table, markers, listing = write_clip_report(
         tmp_path, Report(clip, chains, review.state, clip.motion)

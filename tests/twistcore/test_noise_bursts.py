@@ -14,10 +14,10 @@ from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.detection import noise_bursts as noise_module
 from twistcore.detection.noise_bursts import (
     NoiseBurst,
-    burst_sentences,
+    detected_noise_burst_notes,
+    joint_noise_and_burst_threshold,
+    largest_joint_and_ancestor_noise,
     noise_bursts,
-    noise_curve,
-    noise_near,
 )
 from twistcore.formats.bvh import parse_bvh, read_bvh
 from twistcore.skeleton.notes import NOISE
@@ -51,7 +51,7 @@ def test_a_burst_is_found_with_its_joint_and_frames(size):
 def test_sound_motion_and_twist_errors_are_no_noise(name, fps):
     motion = at_rate(read_bvh(ASSETS / f"{name}.bvh").motion, fps)
     arms_and_legs = {j for c in analyse(motion).chains for j in (c.parent, c.child)}
-    assert not noise_near(motion, arms_and_legs).any()
+    assert not largest_joint_and_ancestor_noise(motion, arms_and_legs).any()
 
 
 def test_noise_of_a_twist_that_the_child_takes_back_is_a_twist_error():
@@ -124,18 +124,18 @@ def test_the_quick_check_misses_no_window_that_is_mostly_true(width):
 def test_notes_name_the_first_spans_outside_the_chains_and_count_the_others():
     bursts = [NoiseBurst(0, 50 * k, 50 * k + 20, 9.0) for k in range(7)]
     bursts.insert(1, NoiseBurst(1, 10, 30, 12.0))
-    joined, *others, last = burst_sentences(0, bursts, ("Head", "Neck"))
+    joined, *others, last = detected_noise_burst_notes(0, bursts, ("Head", "Neck"))
     assert "12° in frames 0–30 (Head, Neck)" in joined
     assert ("50–70 (Head)" in others[0], len(others)) == (True, 4)
     assert numbers(last) == [2]
-    assert [numbers(said) for said in burst_sentences(3, (), ())] == [[3]]
-    assert len(burst_sentences(1, (), ())) == 1
+    assert [numbers(said) for said in detected_noise_burst_notes(3, (), ())] == [[3]]
+    assert len(detected_noise_burst_notes(1, (), ())) == 1
 
 
 def test_a_quarter_of_a_second_of_noise_is_no_burst():
     short = noisy(ARM, stop=START + 30)
     assert noise_bursts(short) == ()
-    curve, least = noise_curve(short, ARM)
+    curve, least = joint_noise_and_burst_threshold(short, ARM)
     assert curve.max() < least
 
 

@@ -14,28 +14,32 @@ from tests.tiers import parametrize
 from tests.twistcore.test_first_frames import blended
 from twistcore import analyse, read_bvh
 from twistcore.analysis.correction.twist_removal import automatic_corrections, refine
-from twistcore.analysis.why_not import Why, why_no_interval_edge, why_peaks_lack_interval
+from twistcore.analysis.why_not import Why, why_frame_bounds_no_interval, why_peaks_lack_interval
 from twistcore.detection.consistency.chain_analysis import ROUNDED_GAIN, ConsistencyAnalysis
 from twistcore.detection.consistency.notated import NotatedAnalysis
 from twistcore.detection.cuts import count_leading_rest_frames, find_cuts
 from twistcore.detection.lone_jumps import lone_jumps
 from twistcore.detection.natural_events import natural_events
-from twistcore.detection.prediction import FLOOR, least_residual_scale, predict_between_keys
-from twistcore.detection.soft_errors.departures import span_grids
+from twistcore.detection.prediction import (
+    FLOOR,
+    predict_increments_between_linear_keys,
+    smallest_increment_residual_sigma,
+)
+from twistcore.detection.soft_errors.departures import overlapping_frame_spans_by_length
 from twistcore.detection.soft_errors.natural_scale import (
     ROUNDED,
-    natural_scales,
-    unlikely_increments,
+    natural_twist_departure_scales,
+    unnaturally_large_twist_increments,
 )
-from twistcore.detection.straight_limbs.straight_course import increment_difference_scale
+from twistcore.detection.straight_limbs.straight_course import twist_increment_change_scale
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.notation import (
     FEWEST_A_SECOND,
     KIND,
     DistinctFrames,
     Keys,
-    angle_step,
-    linear_keys,
+    find_keys_of_linear_motion,
+    rounding_step_of_angles,
     without_repeated_frames,
 )
 from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
@@ -75,7 +79,11 @@ def noted(motion):
 @pytest.mark.parametrize("name", ["walk", "dance", "basketball", "kick", "walk_injected"])
 def test_a_plain_clip_is_never_taken_for_a_coarse_one(name):
     motion = read_bvh(ASSETS / f"{name}.bvh").motion
-    assert (motion.angle_step, without_repeated_frames(motion), linear_keys(motion)) == (
+    assert (
+        motion.angle_step,
+        without_repeated_frames(motion),
+        find_keys_of_linear_motion(motion),
+    ) == (
         0.0,
         None,
         None,
@@ -100,10 +108,10 @@ def test_a_corrected_clip_is_still_in_whole_degrees():
 def test_angles_that_never_change_tell_of_no_step():
     still = np.zeros((100, 3))
     fine = np.linspace(0.0, 40.0, 100)[:, None] ** 2 / 7.0
-    assert angle_step([still] * 20 + [fine]) == 0.0
-    assert angle_step([still] * 20) == 0.0
-    assert angle_step([np.round(fine), still]) == pytest.approx(math.radians(1.0))
-    assert angle_step([np.round(fine[:20])]) == 0.0  # too few to tell
+    assert rounding_step_of_angles([still] * 20 + [fine]) == 0.0
+    assert rounding_step_of_angles([still] * 20) == 0.0
+    assert rounding_step_of_angles([np.round(fine), still]) == pytest.approx(math.radians(1.0))
+    assert rounding_step_of_angles([np.round(fine[:20])]) == 0.0  # too few to tell
 
 
 @pytest.mark.parametrize("often", [2, 3, 4])
@@ -143,7 +151,7 @@ def test_a_figure_that_stands_still_now_and_then_is_not_held():
 def test_linear_keys(notation):
     motion = written(notation).motion
     for first in (0, 1, 4, 301):
-        found = linear_keys(motion.sliced(first, motion.frames))
+        found = find_keys_of_linear_motion(motion.sliced(first, motion.frames))
         assert (found.spacing, found.first) == (notation.keys, -first % notation.keys)
     assert f" every {notation.keys} frames" in noted(motion)[0]
 
@@ -151,7 +159,7 @@ def test_linear_keys(notation):
 def test_a_clip_that_stands_still_for_half_its_time_has_no_keys():
     motion = clip("walk").motion
     still = motion.at(np.r_[: motion.frames, np.full(500, motion.frames - 1)])
-    assert linear_keys(still) is None
+    assert find_keys_of_linear_motion(still) is None
 
 
 def test_what_is_recognised_is_said_in_a_sentence():
@@ -268,21 +276,23 @@ def test_scales_are_no_less_than_what_rounding_makes():
     x, y = np.diff(levels, axis=-1, prepend=levels[..., :1])
     nowhere = np.zeros(x.shape, dtype=bool)
     still = np.zeros_like(x)
-    every = span_grids(120.0, x.shape[1])
+    every = overlapping_frame_spans_by_length(120.0, x.shape[1])
     for span, found in zip(
-        every, natural_scales(still, still, 120.0, every, nowhere, step), strict=True
+        every,
+        natural_twist_departure_scales(still, still, 120.0, every, nowhere, step),
+        strict=True,
     ):
         spread = span.departures(levels[0]).std(axis=(1, 2))
         np.testing.assert_allclose(step * ROUNDED * span.noise(), spread, rtol=0.1)
         total = (span.departures(levels[0]) + span.departures(levels[1])).std(axis=(1, 2))
         np.testing.assert_allclose(found.sigma_sum[:, 0, 0], total, rtol=0.1)
-    assert not unlikely_increments(x, y, 120.0, step).any()
+    assert not unnaturally_large_twist_increments(x, y, 120.0, step).any()
     residual = x[:, 2:-2] - np.stack(
         [2 / 3 * (x[:, 1:-3] + x[:, 3:-1]) - (x[:, :-4] + x[:, 4:]) / 6]
     )
-    assert least_residual_scale(step) == pytest.approx(residual.std(), rel=0.05)
-    assert least_residual_scale(0.0) == FLOOR
-    assert increment_difference_scale(still[0], step) == pytest.approx(
+    assert smallest_increment_residual_sigma(step) == pytest.approx(residual.std(), rel=0.05)
+    assert smallest_increment_residual_sigma(0.0) == FLOOR
+    assert twist_increment_change_scale(still[0], step) == pytest.approx(
         np.diff(x, axis=1).std(), rel=0.05
     )
 
@@ -291,12 +301,18 @@ def test_the_median_of_a_piece_between_keys():
     keys = Keys(5, 3)
     pace = np.repeat([1.0, 4.0, 2.0, 7.0], 5)[1:][None]  # the key of frame 3 is the first's last
     good = np.ones((1, 19), dtype=bool)
-    np.testing.assert_array_equal(predict_between_keys(pace[None], good, keys)[0], pace)
+    np.testing.assert_array_equal(
+        predict_increments_between_linear_keys(pace[None], good, keys)[0], pace
+    )
     jumping = pace.copy()
     jumping[0, [5, 6]] += [9.0, -9.0]
-    np.testing.assert_array_equal(predict_between_keys(jumping[None], good, keys)[0], pace)
+    np.testing.assert_array_equal(
+        predict_increments_between_linear_keys(jumping[None], good, keys)[0], pace
+    )
     good[0, 4:9] = False  # nothing good in a piece: all of it tells
-    np.testing.assert_array_equal(predict_between_keys(jumping[None], good, keys)[0], pace)
+    np.testing.assert_array_equal(
+        predict_increments_between_linear_keys(jumping[None], good, keys)[0], pace
+    )
 
 
 # -- in the clip's frames --------------------------------------------------------------------------
@@ -324,18 +340,18 @@ def test_every_frame_of_a_coarse_clip_has_its_reason():
     chains, wrong = error(base.motion, "Left Arm", 50, 55, 40.0)
     found = analyse(HELD.written(with_errors(base, chains, [wrong]), 4)).detect()
     for frame in range(150, 260):
-        reason = why_no_interval_edge(found, wrong.chain, frame)
+        reason = why_frame_bounds_no_interval(found, wrong.chain, frame)
         assert reason.frame == frame
         if reason.why == Why.BELOW and frame % 4:
             assert f"frame {frame // 4 * 4}" in reason.text
-    assert why_no_interval_edge(found, wrong.chain, 200).why == Why.INTERVAL
+    assert why_frame_bounds_no_interval(found, wrong.chain, 200).why == Why.INTERVAL
     open_ = found.analysis.detect(tau_degrees=0.5)
     for reason in why_peaks_lack_interval(open_, wrong.chain):
         assert reason.frame % 4 == 0
         assert f"frame {reason.frame} " in reason.text
     keyed = analyse(written(KEYS10)).detect(tau_degrees=0.5)
     for frame in range(95, 125):
-        assert why_no_interval_edge(keyed, wrong.chain, frame).frame == frame
+        assert why_frame_bounds_no_interval(keyed, wrong.chain, frame).frame == frame
 
 
 def test_the_strength_of_a_held_clip_is_where_a_frame_begins():

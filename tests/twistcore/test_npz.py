@@ -20,10 +20,10 @@ from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.quality.joint import joint_quality
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip import patch_clip, write_clip
+from twistcore.formats.clip import create_file_patch_for_motion, write_clip
 from twistcore.formats.npz import NpzClip, read_npz, vector_branch
 from twistcore.formats.npz.body import BODIES
-from twistcore.formats.npz.vector_branch import continuous_rotation_vectors
+from twistcore.formats.npz.vector_branch import continuous_npz_rotation_vectors
 from twistcore.formats.reading import is_clip, read_clip
 from twistcore.formats.smpl.skeleton import CMU_UNIT, find_network_joints
 from twistcore.review import Review, write_session
@@ -161,14 +161,14 @@ def test_with_nothing_changed_the_file_is_the_same_byte_for_byte(walk, tmp_path)
         path = write_amass(tmp_path / "a.npz", WALK.motion, 24, np.float16, packed=packed)
         clip = read_npz(path)
         same = clip.motion.with_rotations(clip.motion.rotations.copy())
-        assert patch_clip(clip, same).data == path.read_bytes()
+        assert create_file_patch_for_motion(clip, same).data == path.read_bytes()
 
 
 def test_a_stored_file_differs_in_the_written_numbers_and_their_check_sum_alone(walk):
     clip = read_npz(walk)
     turned = clip.motion.rotations.copy()
     turned[7, 3] = multiply(turned[7, 3], exponential(np.array([0.0, 0.3, 0.0])))
-    data = patch_clip(clip, clip.motion.with_rotations(turned)).data
+    data = create_file_patch_for_motion(clip, clip.motion.with_rotations(turned)).data
     assert len(data) == len(clip.data)
     differ = np.flatnonzero(
         np.frombuffer(data, dtype=np.uint8) != np.frombuffer(clip.data, dtype=np.uint8)
@@ -234,7 +234,7 @@ def test_vectors_go_on_from_their_neighbours_and_mean_the_rotation(seed, frames,
     q = exponential(line[1:-1]) * rng.choice([-1.0, 1.0], (frames, 1))
     own = exponential(rng.normal(size=(frames, 3)))[:, 1:]
     before, after = line[0] if side != "after" else None, line[-1] if side != "before" else None
-    found = continuous_rotation_vectors(q, own, before, after)
+    found = continuous_npz_rotation_vectors(q, own, before, after)
     assert geodesic_angle(exponential(found), q).max() < 1e-7
     assert np.abs(found - line[1:-1]).max() < 1e-6
 
@@ -247,7 +247,7 @@ def test_a_sway_around_a_half_turn_needs_few_choices(monkeypatch):
     monkeypatch.setattr(
         vector_branch, "_cheapest", lambda c, cost: grids.append(c.shape) or whole(c, cost)
     )
-    found = continuous_rotation_vectors(exponential(line[1:-1]), line[1:-1], line[0], line[-1])
+    found = continuous_npz_rotation_vectors(exponential(line[1:-1]), line[1:-1], line[0], line[-1])
     assert np.abs(found - line[1:-1]).max() < 1e-9
     assert grids[0][1] <= 5
 
@@ -256,12 +256,12 @@ def test_a_clip_turned_throughout_stays_near_its_own_vectors():
     y = np.array([0.0, 1.0, 0.0])
     own = np.linspace(2.5, 4.5, 9)[:, None] * y
     wanted = own + 0.1 * y
-    assert np.abs(continuous_rotation_vectors(exponential(wanted), own) - wanted).max() < 1e-9
+    assert np.abs(continuous_npz_rotation_vectors(exponential(wanted), own) - wanted).max() < 1e-9
 
 
 def test_no_rotation_at_all_is_written_as_the_whole_turn_that_its_neighbours_have():
     turn = np.array([0.0, 0.0, 2.0 * np.pi])
-    found = continuous_rotation_vectors(
+    found = continuous_npz_rotation_vectors(
         np.array([[1.0, 0, 0, 0]]), turn[None] * 0.98, turn * 0.99, turn
     )
     assert np.abs(found - turn).max() < 1e-9
@@ -380,7 +380,7 @@ def test_a_session_is_applied_to_the_bytes_of_refine(walk, capsys, tmp_path):
     code, _, _ = run(capsys, "apply", tmp_path / "a.json", walk, "-o", tmp_path / "b.npz")
     assert code == 0
     refined = accepted_motion(clip, found.chains_and_limbs, review.state)
-    assert (tmp_path / "b.npz").read_bytes() == patch_clip(clip, refined).data
+    assert (tmp_path / "b.npz").read_bytes() == create_file_patch_for_motion(clip, refined).data
 
 
 def test_arrays_with_an_axis_of_joints_keep_it(tmp_path):

@@ -9,16 +9,16 @@ from hypothesis import strategies as st
 
 from tests.tiers import examples
 from tests.twistcore.counters import ROW, counter_of, seeds
-from twistcore.detection.counter_twist.counter_rotation import combine_residuals
-from twistcore.detection.counter_twist.edges import Edges, find_edges
-from twistcore.detection.counter_twist.offsets import interval_offset_courses
+from twistcore.detection.counter_twist.counter_rotation import combine_counter_rotation_residuals
+from twistcore.detection.counter_twist.edges import Edges, find_interval_edges_and_steps
+from twistcore.detection.counter_twist.offsets import interval_twist_errors_over_time
 from twistcore.detection.counter_twist.pairing import (
     Pair,
     PairTable,
     best_edge_pairs,
-    counter_rotation_sums,
-    edge_pair_table,
-    unpaired_jumps,
+    interval_edge_pair_gains,
+    one_ended_jump_intervals,
+    running_counter_rotation_sums,
 )
 from twistcore.skeleton.rotation import wrap
 
@@ -88,7 +88,7 @@ def as_p_shows(offset, pair, edges, counter):
 def assert_as_plain(pairs, table, counter, step):
     """All courses; how many C follows in part only."""
     d, variance = counter.d[ROW], counter.sigma[ROW] ** 2
-    found = interval_offset_courses(pairs, table, counter, ROW, step)
+    found = interval_twist_errors_over_time(pairs, table, counter, ROW, step)
     partly = 0
     for pair, course in zip(pairs, found, strict=True):
         start, offset, left = plain_course(
@@ -109,12 +109,12 @@ def assert_as_plain(pairs, table, counter, step):
 @given(seeds)
 def test_courses_are_sums_of_jumps_that_close(seed):
     counter = counter_of(seed, frames=FRAMES)
-    edges, step = find_edges(counter, ROW)
-    table = edge_pair_table(
-        edges, counter_rotation_sums(counter, ROW, step), seed % 20, FRAMES - seed % 7
+    edges, step = find_interval_edges_and_steps(counter, ROW)
+    table = interval_edge_pair_gains(
+        edges, running_counter_rotation_sums(counter, ROW, step), seed % 20, FRAMES - seed % 7
     )
     pairs = best_edge_pairs(table, 0.5 * DEGREE, 60.0)
-    pairs += unpaired_jumps(table, pairs, 0.5 * DEGREE)
+    pairs += one_ended_jump_intervals(table, pairs, 0.5 * DEGREE)
     for k, pair in enumerate(pairs):
         if min(pair[:2]) >= 0:  # whatever it followed, follow something else, too
             pairs.append(pair._replace(follows=(pair.follows + 1 + k % 2) % 3))
@@ -125,11 +125,13 @@ def test_courses_are_sums_of_jumps_that_close(seed):
 
 def test_no_pairs_have_no_courses():
     counter = counter_of(1)
-    edges, step = find_edges(counter, ROW)
+    edges, step = find_interval_edges_and_steps(counter, ROW)
     assert (
-        interval_offset_courses(
+        interval_twist_errors_over_time(
             [],
-            edge_pair_table(edges, counter_rotation_sums(counter, ROW, step), 0, FRAMES),
+            interval_edge_pair_gains(
+                edges, running_counter_rotation_sums(counter, ROW, step), 0, FRAMES
+            ),
             counter,
             ROW,
             step,
@@ -150,7 +152,7 @@ def compensated(seed, share, size, noise, widths, apart=0.03, length=20):
     ):
         residual[0, ROW, first : first + width] += turn / width
         residual[1, ROW, first : first + width] -= share * turn / width
-    d, _, sigma_d, _ = combine_residuals(residual, sigma)
+    d, _, sigma_d, _ = combine_counter_rotation_residuals(residual, sigma)
     event = np.abs(d) > 4.0 * sigma_d
     none = np.zeros_like(event)
     counter = replace(
@@ -185,7 +187,7 @@ def test_where_c_turns_back_in_part_the_course_is_as_p_shows(
 @pytest.mark.parametrize("size", [-1.0, 0.4, 2.0])
 def test_a_share_that_is_clear_is_told(share, size):
     counter, table = compensated(3, share, size, 1e-4, (2, 1))
-    (course,) = interval_offset_courses(
+    (course,) = interval_twist_errors_over_time(
         [Pair(0, 1, 0, 30.0)], table, counter, ROW, counter.event[ROW]
     )
     assert course.followed == pytest.approx(share, abs=0.03)

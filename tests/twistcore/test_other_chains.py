@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from twistcore.detection import Kind
-from twistcore.detection.interval_offsets import constant_interval
+from twistcore.detection.interval_offsets import new_constant_offset_interval
 from twistcore.review import start_review
 from twistcore.review.other_chains import chain_change_command
 from twistcore.skeleton.rig import AS_FOUND, Rig
 
-A = constant_interval("A", 10, 20, 0.5)
+A = new_constant_offset_interval("A", 10, 20, 0.5)
 
 
 def analysis(found, automatic=0.1, rig=AS_FOUND):
@@ -45,7 +45,7 @@ def test_a_chain_that_stays_keeps_its_tau_unless_nobody_chose_it():
 
 
 def test_new_chains_and_those_with_other_intervals_are_looked_at_again():
-    b = constant_interval("B", 1, 3, 0.1)
+    b = new_constant_offset_interval("B", 1, 3, 0.1)
     rig = Rig(remove=("Gone",))
     after = analysis({"New": [A], "A": [A], "B": [b, b]}, rig=rig)
     command = chain_change_command(analysis({"A": [A], "B": [b]}), after, state(A=0.7, B=0.7))

@@ -11,15 +11,15 @@ from hypothesis import strategies as st
 from tests.tiers import examples
 from tests.twistcore.counters import ROW, counter_of, seeds
 from twistcore.detection.counter_twist import pairing
-from twistcore.detection.counter_twist.edges import find_edges
+from twistcore.detection.counter_twist.edges import find_interval_edges_and_steps
 from twistcore.detection.counter_twist.pairing import (
     Block,
     Pair,
     PairTable,
     best_edge_pairs,
-    counter_rotation_sums,
-    edge_pair_table,
-    unpaired_jumps,
+    interval_edge_pair_gains,
+    one_ended_jump_intervals,
+    running_counter_rotation_sums,
 )
 from twistcore.skeleton.rotation import wrap
 
@@ -30,11 +30,13 @@ DEGREE = math.pi / 180.0
 
 def table_of(seed, low=0, high=FRAMES, jumps=0.08):
     counter = counter_of(seed, frames=FRAMES, jumps=jumps)
-    edges, step = find_edges(counter, ROW)
+    edges, step = find_interval_edges_and_steps(counter, ROW)
     return (
         counter,
         step,
-        edge_pair_table(edges, counter_rotation_sums(counter, ROW, step), low, high),
+        interval_edge_pair_gains(
+            edges, running_counter_rotation_sums(counter, ROW, step), low, high
+        ),
     )
 
 
@@ -99,7 +101,7 @@ def test_every_pair_gains_what_it_gains_by_itself(block, band, seed):
 @settings(max_examples=examples(15))
 @given(seeds, st.integers(0, 40), st.integers(50, FRAMES))
 def test_a_segment_has_the_edges_inside_of_it_but_those_too_small_to_be_asked_for(seed, low, high):
-    every, _ = find_edges(counter_of(seed, frames=FRAMES), ROW)
+    every, _ = find_interval_edges_and_steps(counter_of(seed, frames=FRAMES), ROW)
     if seed % 2 and len(every) > 1:  # to the frame
         low, high = int(every.start[len(every) // 3]), int(every.stop[2 * len(every) // 3])
     _, _, table = table_of(seed, low, high)
@@ -266,7 +268,7 @@ def test_clear_jumps_that_nothing_explains_are_told_by_their_shorter_side(seed, 
             continue
         before = edges.stop[k] - 1 - table.low <= table.high - edges.start[k]
         wanted.append((-1, k, 0, edges.gain[k]) if before else (k, -1, 0, edges.gain[k]))
-    assert [tuple(p) for p in unpaired_jumps(table, pairs, tau)] == wanted
+    assert [tuple(p) for p in one_ended_jump_intervals(table, pairs, tau)] == wanted
 
 
 def test_a_segment_without_edges_has_no_pairs():
@@ -274,7 +276,7 @@ def test_a_segment_without_edges_has_no_pairs():
     none = table_of(3, low=40, high=41)[2]
     for some in (none, table):
         assert best_edge_pairs(some, 100.0, 30.0) == []
-        assert unpaired_jumps(some, [], 100.0) == []
+        assert one_ended_jump_intervals(some, [], 100.0) == []
     assert none.blocks == ()
 
 
@@ -286,7 +288,9 @@ def test_the_shorter_side_is_told_to_the_frame(high, before):
         one, start=np.array([10]), stop=np.array([11]), gain=np.array([90.0]),
         jump=np.array([1.0]), primary=np.array([True]),
     )  # fmt: skip
-    (pair,) = unpaired_jumps(replace(table, edges=one, low=0, high=high, blocks=()), [], 0.01)
+    (pair,) = one_ended_jump_intervals(
+        replace(table, edges=one, low=0, high=high, blocks=()), [], 0.01
+    )
     assert tuple(pair) == ((-1, 0, 0, 90.0) if before else (0, -1, 0, 90.0))
 
 
@@ -296,6 +300,6 @@ def test_a_jump_that_nothing_explains_is_told_if_both_signals_show_it_clearly(ga
     edges = table.edges
     one = edges[np.array([int(np.abs(edges.jump).argmax())])]
     one = replace(one, gain=np.array([gain]), primary=np.array([True]))
-    assert bool(unpaired_jumps(replace(table, edges=one, blocks=()), [], 0.01)) is told
+    assert bool(one_ended_jump_intervals(replace(table, edges=one, blocks=()), [], 0.01)) is told
     hidden = replace(one, gain=np.array([90.0]), primary=np.array([False]))
-    assert not unpaired_jumps(replace(table, edges=hidden, blocks=()), [], 0.01)
+    assert not one_ended_jump_intervals(replace(table, edges=hidden, blocks=()), [], 0.01)

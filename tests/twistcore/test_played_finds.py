@@ -12,7 +12,7 @@ import pytest
 from tests.twistcore.reviews import CHAINS, CLIP, LIMBS, fresh
 from twistcore.analysis.correction.twist_removal import refine
 from twistcore.detection import Kind
-from twistcore.detection.interval_offsets import constant_interval
+from twistcore.detection.interval_offsets import new_constant_offset_interval
 from twistcore.report.document import Report
 from twistcore.report.played_finds import MOST_BYTES, player_script_data, select_intervals_to_play
 from twistcore.review import Decide, Decision
@@ -101,7 +101,9 @@ def test_the_worst_come_first_and_the_rest_is_named_within_a_size():
 
 def test_what_has_no_correction_is_the_same_on_both_sides():
     state = fresh().state
-    jump = replace(constant_interval("LeftForeArm", 50, 51, 0.0), kind=Kind.LONE_JUMP, residual=0.7)
+    jump = replace(
+        new_constant_offset_interval("LeftForeArm", 50, 51, 0.0), kind=Kind.LONE_JUMP, residual=0.7
+    )
     first = replace(state.intervals[0], interval=jump)
     report = of(state.with_intervals((first, *state.intervals[1:])))
     finds, _ = select_intervals_to_play(report)
@@ -112,7 +114,7 @@ def test_what_has_no_correction_is_the_same_on_both_sides():
 
 def test_only_a_part_of_a_very_long_find_is_played():
     state, motion = fresh().state, CLIP.motion
-    whole = constant_interval("LeftForeArm", 0, motion.frames, 0.5)
+    whole = new_constant_offset_interval("LeftForeArm", 0, motion.frames, 0.5)
     state = state.with_intervals([replace(state.intervals[0], interval=whole)])
     fast = replace(motion, frame_time=1.0 / 20.0)  # so that four seconds are 80 frames
     (find,), _ = select_intervals_to_play(

@@ -32,17 +32,17 @@ from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh, write_motion
 from twistcore.formats.npz.pickled_arrays import Unreadable, read_pickle
 from twistcore.formats.smpl.pose_files import PosesError
-from twistcore.formats.smpl.poses_clip import read_poses
+from twistcore.formats.smpl.poses_clip import read_smpl_poses_as_clip
 from twistcore.formats.smpl.skeleton import find_network_joints, make_smpl_skeleton
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import geodesic_angle
-from twistcore.study.quamo.sequences import read_sequence
+from twistcore.study.quamo.sequences import read_cmu_bvh_sequence
 
 
 @pytest.fixture(scope="module")
 def clip():
     """Twelve frames of a dance: rotations (12, 24, 4), places (12, 3), as if relative to SMPL."""
-    sequence = read_sequence(ASSETS / "dance.bvh")
+    sequence = read_cmu_bvh_sequence(ASSETS / "dance.bvh")
     return sequence.q[:12], sequence.r[:12]
 
 
@@ -60,7 +60,7 @@ def run(capsys, *words):
 
 
 def read(path, template, **options):
-    return read_poses(path, template=template, unit=1.0, **{"fps": 25.0} | options)
+    return read_smpl_poses_as_clip(path, template=template, unit=1.0, **{"fps": 25.0} | options)
 
 
 def same(found, q, r, joints=22):
@@ -113,7 +113,7 @@ def test_the_root_stands_where_smpl_rests_it_and_not_where_a_template_does(clip,
     rest[0] = [0.1, 0.2, -0.3]
     np.savez(path, **dict(np.load(path)) | {"offsets": rest})
     moved = clip[1] + [0.1, -0.3, -0.2]  # z up in the file
-    assert read_poses(path).motion.positions[:, 0] == pytest.approx(moved, abs=1e-5)
+    assert read_smpl_poses_as_clip(path).motion.positions[:, 0] == pytest.approx(moved, abs=1e-5)
     still = np.tile([1.0, 0.0, 0.0, 0.0], (1, 24, 1))
     template = tmp_path / "t.bvh"
     other = rest.copy()

@@ -18,7 +18,7 @@ from twistcore.batch.inputs import find_input_clips
 from twistcore.cli import main
 from twistcore.errors import NpzError, TwistError
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip import patch_clip, write_clip
+from twistcore.formats.clip import create_file_patch_for_motion, write_clip
 from twistcore.formats.clip_files import clip_paths_in_folder
 from twistcore.formats.npz import PklClip, parse_pkl
 from twistcore.formats.npz.pickled_arrays import read_pickle, read_pickle_with_offsets
@@ -77,7 +77,7 @@ def test_parts_without_the_whole_are_read_and_written(
     np.testing.assert_array_equal(clip.poses[:, :66], whole[:, :66])
     assert {i.chain: (i.start, i.stop) for i in analyse(clip).detect()} == FOUND
     assert not is_clip_without_motion(path)
-    assert patch_clip(clip, clip.motion).data == path.read_bytes()
+    assert create_file_patch_for_motion(clip, clip.motion).data == path.read_bytes()
     after = corrected(path, out, capsys)
     assert_only_intervals_differ(clip, after)
     was, now = loaded(path.read_bytes()), loaded(out.read_bytes())
@@ -139,7 +139,7 @@ def test_a_pickle_of_aist_is_read_and_rewritten_in_place(dtype, protocol, tmp_pa
     assert any("60" in str(w) for w in clip.warnings)
     places = amass_arrays(WALK.motion, 24)["trans"]
     np.testing.assert_allclose(clip.motion.positions[:, 0] - clip.rest, places, atol=1e-5)
-    assert patch_clip(clip, clip.motion).data == path.read_bytes()
+    assert create_file_patch_for_motion(clip, clip.motion).data == path.read_bytes()
     assert main(["refine", str(path), "-o", str(out), "--fps", "120"]) == 0
     assert "8 of 8 intervals" in capsys.readouterr().out
     was, now = path.read_bytes(), out.read_bytes()
@@ -158,7 +158,7 @@ def test_the_place_is_written_in_the_file_s_units(tmp_path):
     positions = clip.motion.positions.copy()
     positions[5:9] += 0.25
     moved = replace(clip.motion, positions=positions)
-    after = pickle.loads(patch_clip(clip, moved).data)["smpl_trans"]
+    after = pickle.loads(create_file_patch_for_motion(clip, moved).data)["smpl_trans"]
     np.testing.assert_allclose(
         after - clip.trans, files.SCALING * (positions - clip.motion.positions)[:, 0], atol=1e-3
     )
@@ -272,7 +272,7 @@ def test_a_video_of_romp_is_read_and_rewritten_in_place(others, packed, tmp_path
     assert {i.chain: (i.start, i.stop) for i in analyse(clip).detect()} == FOUND
     said = " ".join(map(str, clip.warnings))
     assert (f"{len(others) + 1} people" in said) == bool(others)
-    assert patch_clip(clip, clip.motion).data == path.read_bytes()
+    assert create_file_patch_for_motion(clip, clip.motion).data == path.read_bytes()
     assert main(["refine", str(path), "-o", str(out), "--fps", "120"]) == 0
     assert "8 of 8 intervals" in capsys.readouterr().out
     after = read_clip(out, fps=120.0)
@@ -316,7 +316,7 @@ def test_frames_without_the_person_are_filled_in_and_named(tmp_path):
     assert any("3 of 30 frames" in str(w) for w in clip.warnings)
     turned = clip.motion.rotations.copy()
     turned[2:5, 18] = [1.0, 0.0, 0.0, 0.0]
-    after = patch_clip(clip, clip.motion.with_rotations(turned)).data
+    after = create_file_patch_for_motion(clip, clip.motion.with_rotations(turned)).data
     (tmp_path / "x.npz").write_bytes(after)
     again = read_clip(tmp_path / "x.npz")
     assert not again.poses[[2, 4], 54:57].any()
@@ -328,7 +328,7 @@ def test_a_file_without_places_stands_still(tmp_path):
     clip = read_clip(path)
     assert np.ptp(clip.motion.positions, axis=0).max() == 0.0
     moved = replace(clip.motion, positions=clip.motion.positions + 1.0)
-    assert patch_clip(clip, moved).data == path.read_bytes()
+    assert create_file_patch_for_motion(clip, moved).data == path.read_bytes()
 
 
 def test_several_persons_whom_nobody_tracked_are_refused(tmp_path):

@@ -7,10 +7,10 @@ from twistcore.detection.prediction import (
     FLOOR,
     GapGrowth,
     Predictor,
-    half_scale_window_frames,
-    local_residual_scale,
+    interpolate_sigma_growth_over_gaps,
+    local_sigma_of_increment_residuals,
     residual_from_coarse_median,
-    sigma_growth_at_gaps,
+    residual_sigma_half_window_frames,
 )
 from twistcore.skeleton.rotation import wrap
 
@@ -27,7 +27,12 @@ def some(shape, share, seed=0):
 
 
 def test_the_window_of_the_scale_is_a_time_and_never_few_frames():
-    assert [half_scale_window_frames(fps) for fps in (24.0, 30.0, 120.0, 240.0)] == [12, 12, 18, 36]
+    assert [residual_sigma_half_window_frames(fps) for fps in (24.0, 30.0, 120.0, 240.0)] == [
+        12,
+        12,
+        18,
+        36,
+    ]
 
 
 @pytest.mark.parametrize("step", [1, 4, 7])
@@ -60,7 +65,7 @@ def plain_scale(residual, good, half):
 def test_a_scale_is_that_of_the_good_frames_around_and_borrows_where_they_are_few(share, half):
     residual, good = signals(2, 90), some((2, 90), share)
     good[0, 20:60] = False
-    found = local_residual_scale(np.sqrt(np.abs(residual)), good, half)
+    found = local_sigma_of_increment_residuals(np.sqrt(np.abs(residual)), good, half)
     for s in range(2):
         for c in range(2):
             wanted = plain_scale(residual[s, c], good[c], half)
@@ -69,7 +74,9 @@ def test_a_scale_is_that_of_the_good_frames_around_and_borrows_where_they_are_fe
 
 def test_the_scale_of_normal_noise_is_its_standard_deviation():
     noise = 0.01 * np.random.default_rng(5).standard_normal((2, 1, 20000))
-    found = local_residual_scale(np.sqrt(np.abs(noise)), np.ones((1, 20000), dtype=bool), 5000)
+    found = local_sigma_of_increment_residuals(
+        np.sqrt(np.abs(noise)), np.ones((1, 20000), dtype=bool), 5000
+    )
     np.testing.assert_allclose(found[:, :, 10000], 0.01, rtol=0.05)
 
 
@@ -188,7 +195,7 @@ def test_growth_at_a_gap_lies_between_the_measured_ones_by_logarithms():
     growth[1] **= 2.0
     gap = np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 9.0, 40.0] * 2)
     chain = np.repeat([0, 1], 8)
-    found = sigma_growth_at_gaps(growth, chain, gap)
+    found = interpolate_sigma_growth_over_gaps(growth, chain, gap)
     for s in range(2):
         for n, (c, g) in enumerate(zip(chain.tolist(), gap.tolist(), strict=True)):
             x, y = np.log([1.0, 3.0, 5.0, 9.0]), np.log(growth[s, c])

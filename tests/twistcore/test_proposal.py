@@ -11,10 +11,10 @@ from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.corrected import Corrected
 from twistcore.analysis.correction.twist_removal import refine
 from twistcore.detection import Kind
-from twistcore.detection.interval_offsets import constant_interval
+from twistcore.detection.interval_offsets import new_constant_offset_interval
 from twistcore.formats.bvh import read_bvh
-from twistcore.review.proposal import proposed_flip, proposed_interval
-from twistcore.skeleton.limb import limb_positions
+from twistcore.review.proposal import propose_limb_flip_at_frame, proposed_interval
+from twistcore.skeleton.limb import limb_middle_and_end_positions
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import wrap
 from twistcore.skeleton.signals import TwistSignals
@@ -85,7 +85,7 @@ def test_a_flip_lies_between_the_nearest_jumps(analysed_kick):
     limb = analysed_kick.flips.limbs[LEG]
     for found in limb.intervals(np.radians(55.0)):
         for frame in (found.start, found.stop - 1):
-            flip = proposed_flip(limb, frame)
+            flip = propose_limb_flip_at_frame(limb, frame)
             assert (flip.kind, flip.start, flip.stop) == (Kind.LIMB_FLIP, found.start, found.stop)
             assert flip.carried == found.carried
             assert abs(wrap(flip.delta - found.delta)) < np.radians(6.0)
@@ -94,7 +94,7 @@ def test_a_flip_lies_between_the_nearest_jumps(analysed_kick):
 def test_a_flip_is_proposed_anywhere(analysed_kick):
     for limb in analysed_kick.flips.limbs.values():
         for frame in range(analysed_kick.motion.frames):
-            flip = proposed_flip(limb, frame)
+            flip = propose_limb_flip_at_frame(limb, frame)
             assert 0 <= flip.start <= frame < flip.stop <= analysed_kick.motion.frames
             assert np.isfinite(flip.offset).all()
 
@@ -102,13 +102,16 @@ def test_a_flip_is_proposed_anywhere(analysed_kick):
 def test_the_swivel_after_correction_is_that_of_the_corrected_motion(analysed_kick):
     """Also where a shoulder, in whose frame φ is told, is turned back."""
     arm = next(limb for limb in analysed_kick.limbs if limb.name == "LeftArm-LeftHand")
-    flip = replace(constant_interval(arm.name, 40, 90, 2.0), kind=Kind.LIMB_FLIP)
-    chosen = [constant_interval("LeftShoulder", 60, 120, 1.0), flip]
+    flip = replace(new_constant_offset_interval(arm.name, 40, 90, 2.0), kind=Kind.LIMB_FLIP)
+    chosen = [new_constant_offset_interval("LeftShoulder", 60, 120, 1.0), flip]
     corrected = Corrected(analysed_kick)
     corrected.take(chosen)
     refined = refine(analysed_kick.motion, analysed_kick.chains_and_limbs, chosen)
     swivel = analysed_kick.flips.limbs[arm.name].swivel
-    told, true = corrected.swivel(arm), swivel.angle_at(*limb_positions(refined, arm))
+    told, true = (
+        corrected.swivel(arm),
+        swivel.angle_at(*limb_middle_and_end_positions(refined, arm)),
+    )
     bent = swivel.height > 1e-3
     assert np.abs(wrap(told - true))[bent].max() < 1e-9
     assert np.abs(wrap(told - swivel.angle))[60:120].max() > 0.5
@@ -117,10 +120,10 @@ def test_the_swivel_after_correction_is_that_of_the_corrected_motion(analysed_ki
 def test_a_shoulder_turned_back_beside_its_arm_moves_no_hand(analysed_kick):
     """In either order: the arm's line is where it is in the room."""
     arm = next(limb for limb in analysed_kick.limbs if limb.name == "LeftArm-LeftHand")
-    flip = replace(constant_interval(arm.name, 40, 90, 2.0), kind=Kind.LIMB_FLIP)
+    flip = replace(new_constant_offset_interval(arm.name, 40, 90, 2.0), kind=Kind.LIMB_FLIP)
     chosen = [
-        constant_interval("LeftShoulder", 60, 120, 1.0),
-        constant_interval("LeftArm", 50, 80, 0.5),
+        new_constant_offset_interval("LeftShoulder", 60, 120, 1.0),
+        new_constant_offset_interval("LeftArm", 50, 80, 0.5),
         flip,
     ]
     motion, both = analysed_kick.motion, analysed_kick.chains_and_limbs
@@ -157,7 +160,7 @@ def test_a_flip_made_by_hand_lies_between_the_jumps_round_it(frame):
     angle = 0.01 * np.arange(300.0)
     angle[90:120] += 1.0
     jumps = {70: 60, 90: 57, 100: 20, 120: -57, 140: 60}
-    flip = proposed_flip(flips(with_jumps(300, jumps), angle), frame)
+    flip = propose_limb_flip_at_frame(flips(with_jumps(300, jumps), angle), frame)
     assert (flip.chain, flip.kind, flip.start, flip.stop) == (LEG, Kind.LIMB_FLIP, 90, 120)
     assert flip.carried
     np.testing.assert_allclose(flip.offset, np.full(30, 1.0), atol=1e-12)
@@ -165,7 +168,7 @@ def test_a_flip_made_by_hand_lies_between_the_jumps_round_it(frame):
 
 def test_a_jump_is_looked_for_within_half_a_second_and_25_degrees():
     def found(jumps, frame=150, frames=300, fps=100.0):
-        flip = proposed_flip(flips(with_jumps(frames, jumps), fps=fps), frame)
+        flip = propose_limb_flip_at_frame(flips(with_jumps(frames, jumps), fps=fps), frame)
         return flip.start, flip.stop
 
     assert found({100: 30, 200: 30}) == (100, 200)
@@ -186,9 +189,11 @@ def test_of_a_straight_limb_the_jump_at_its_start_counts():
     jumps = with_jumps(300, {90: 57, 120: -57})
     angle = np.zeros(300)
     angle[90:120] = 2.0
-    straight = proposed_flip(flips(jumps, angle, height=0.0), 100)
+    straight = propose_limb_flip_at_frame(flips(jumps, angle, height=0.0), 100)
     np.testing.assert_allclose(straight.offset, np.full(30, np.radians(57.0)))
-    np.testing.assert_allclose(proposed_flip(flips(jumps, angle), 100).offset, np.full(30, 2.0))
+    np.testing.assert_allclose(
+        propose_limb_flip_at_frame(flips(jumps, angle), 100).offset, np.full(30, 2.0)
+    )
 
 
 def test_edges_at_few_frames_a_second_and_at_the_ends_of_a_clip():

@@ -43,8 +43,8 @@ from twistcore.synthesis import (
     write_truth,
 )
 from twistcore.synthesis.injection import LEAST
-from twistcore.synthesis.offset_shape import aligned_bone_spans, injected_offset_over_time
-from twistcore.synthesis.protocol import PROTOCOLS, chain_twist_increments
+from twistcore.synthesis.offset_shape import injected_offset_over_time, spans_with_straight_chain
+from twistcore.synthesis.protocol import PROTOCOLS, parent_and_child_twist_increments
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion
 CHAINS = find_chains(WALK)
@@ -204,7 +204,9 @@ def test_the_child_turns_back_by_a_share_only(name, share):
     dirty = inject(WALK, CHAINS, [error])
     x, y = (
         b - a
-        for a, b in zip(*(chain_twist_increments(m, chain) for m in (WALK, dirty)), strict=True)
+        for a, b in zip(
+            *(parent_and_child_twist_increments(m, chain) for m in (WALK, dirty)), strict=True
+        )
     )
     full = np.zeros(WALK.frames)
     full[error.start : error.stop] = error.offset
@@ -264,7 +266,8 @@ def test_over_a_gap_the_twist_is_held_or_goes_on_evenly(name):
     assert {c.name for c, _ in errors} >= {"LeftArm", "RightUpLeg"}
     for chain, error in errors[::7]:
         before, after = (
-            chain_twist_increments(m, chain)[0] for m in (WALK, inject(WALK, CHAINS, [error]))
+            parent_and_child_twist_increments(m, chain)[0]
+            for m in (WALK, inject(WALK, CHAINS, [error]))
         )
         inside = after[error.start + 1 : error.stop]
         assert np.abs(inside - (0.0 if name == "GH" else inside[0])).max() < 1e-9
@@ -422,8 +425,8 @@ def test_spells_in_line_begin_and_end_with_their_own_frames(straight, wanted, fi
     q[:, 2] = quaternion_from_axis_angle(y, bend)
     motion = Motion(skeleton, q, (0,), np.zeros((50, 1, 3)), 1 / 20)
     later = [(max(start, first), stop) for start, stop in wanted]
-    assert list(aligned_bone_spans(motion, Chain("B", 1, 2, 3, x, x), first)) == later
-    assert list(aligned_bone_spans(motion, Chain("B", 1, 2, -1, x, x), first)) == []
+    assert list(spans_with_straight_chain(motion, Chain("B", 1, 2, 3, x, x), first)) == later
+    assert list(spans_with_straight_chain(motion, Chain("B", 1, 2, -1, x, x), first)) == []
 
 
 # -- errors of a single joint ----------------------------------------------------------------------

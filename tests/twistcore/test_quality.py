@@ -8,7 +8,7 @@ import pytest
 from tests.conftest import ASSETS
 from twistcore.analysis.quality.joint import (
     SLIDE_SPEED,
-    foot_joints,
+    ankle_and_toe_joints,
     joint_accelerations,
     joint_quality,
 )
@@ -71,7 +71,7 @@ def test_a_full_turn_in_the_numbers_is_a_jump_and_a_turned_joint_is_none():
 
 
 def test_a_foot_slides_only_on_the_ground():
-    feet = foot_joints(CLIP.motion.skeleton)
+    feet = ankle_and_toe_joints(CLIP.motion.skeleton)
     assert {NAMES[j] for j in feet} == {"LeftFoot", "RightFoot", "LeftToeBase", "RightToeBase"}
     frames = CLIP.motion.frames
     places = np.zeros((frames, len(NAMES), 3))

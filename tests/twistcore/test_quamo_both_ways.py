@@ -14,8 +14,12 @@ from twistcore.quamo.both_ways import halfway_rotations
 from twistcore.quamo.network import read_network
 from twistcore.quamo.state_space import FIRST_ORDER
 from twistcore.quamo.track_clip import find_figure_position_joint, track_with_hand_gains
-from twistcore.quamo.tracker import LOST_AFTER, describe_diverging_passes, describe_joint_resets
-from twistcore.quamo.weights import default_network_path
+from twistcore.quamo.tracker import (
+    LOST_AFTER,
+    describe_diverging_tracker_passes,
+    describe_joint_resets,
+)
+from twistcore.quamo.weights import default_gain_network_path
 from twistcore.skeleton.rotation import (
     exponential,
     geodesic_angle,
@@ -154,10 +158,10 @@ def test_where_the_passes_lie_far_apart_is_flagged_and_said():
     assert len(at)
     assert not found.apart[:, 1].any()
     assert one.apart is None
-    said = describe_diverging_passes(found.apart, ("a", "b"))
+    said = describe_diverging_tracker_passes(found.apart, ("a", "b"))
     assert names_in_one_line(said, "90°", f"frames {at[0]}–{at[-1] + 1}")
-    assert describe_diverging_passes(found.apart[:, 1:], ("b",)) == ""
-    assert "3 more" in describe_diverging_passes(found.apart[:, [0] * 9], "abcdefghi")
+    assert describe_diverging_tracker_passes(found.apart[:, 1:], ("b",)) == ""
+    assert "3 more" in describe_diverging_tracker_passes(found.apart[:, [0] * 9], "abcdefghi")
 
 
 def test_steps_are_those_of_each_direction_in_the_order_of_the_frames():
@@ -182,7 +186,7 @@ def test_learned_gains_go_both_ways_as_well(dirty_walk):
     motion = dirty_walk.motion.sliced(1, 301)
     q = find_network_joints(motion.skeleton).reduced(motion.rotations)[::5]
     r = CMU_UNIT * motion.translation(0)[::5]
-    network = read_network(default_network_path())
+    network = read_network(default_gain_network_path())
     found = track_both_ways(q, r, 0.04, network.started(q, r), keep_steps=True)
     back = track_both_ways(q[::-1], r[::-1], 0.04, network.started(q[::-1], r[::-1]))
     assert same_rotations(found.q, back.q[::-1]) < 1e-5  # its gains are of single precision

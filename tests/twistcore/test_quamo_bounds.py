@@ -7,11 +7,11 @@ from tests.conftest import ASSETS
 from twistcore.analysis.quality.figure import foot_contact_mask
 from twistcore.study.quamo.noise import LEVELS, SMOOTH_SECONDS, Noise
 from twistcore.study.quamo.pose_errors import pose_metrics
-from twistcore.study.quamo.sequences import read_sequence
+from twistcore.study.quamo.sequences import read_cmu_bvh_sequence
 from twistcore.study.quamo.tables import noisy_clip
 
 NOISE = Noise(LEVELS["A"])
-CLIPS = [read_sequence(ASSETS / f"{name}.bvh") for name in ("walk", "dance", "basketball")]
+CLIPS = [read_cmu_bvh_sequence(ASSETS / f"{name}.bvh") for name in ("walk", "dance", "basketball")]
 
 
 def test_a_fit_never_sees_the_subject_it_is_measured_on() -> None:

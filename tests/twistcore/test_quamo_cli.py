@@ -15,14 +15,14 @@ from tests.twistcore.test_quamo_data import write_poses
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
 from twistcore.quamo import Gains, HandGains, Stepper, track, track_both_ways
-from twistcore.quamo.bursts import noisy_spans
-from twistcore.quamo.network import untrained_network, write_network
+from twistcore.quamo.bursts import noise_burst_spans_to_smooth
+from twistcore.quamo.network import initial_gain_network_for_training, write_gain_network_weights
 from twistcore.quamo.response import steady_tracking_lags, tracking_overshoots
-from twistcore.quamo.track_clip import smooth_clip
-from twistcore.quamo.weights import network_weights_name
+from twistcore.quamo.track_clip import smooth_captures_with_spline
+from twistcore.quamo.weights import gain_network_file_name
 from twistcore.skeleton.rotation import geodesic_angle
 from twistcore.study.quamo.bars import BoundCheck
-from twistcore.study.quamo.sequences import read_sequence
+from twistcore.study.quamo.sequences import read_cmu_bvh_sequence
 
 BOTH_WAYS = ("--method", "quamo")
 WALK, DIRTY, DANCE = (ASSETS / f"{n}.bvh" for n in ("walk", "walk_injected", "dance"))
@@ -35,8 +35,8 @@ def run_quamo(capsys, *words):
 @pytest.fixture
 def weights(tmp_path):
     for subject in ("none", "05", "06"):
-        network = untrained_network(8, 4, np.random.default_rng(0), "full")
-        write_network(network, tmp_path / network_weights_name("full", subject))
+        network = initial_gain_network_for_training(8, 4, np.random.default_rng(0), "full")
+        write_gain_network_weights(network, tmp_path / gain_network_file_name("full", subject))
     return tmp_path
 
 
@@ -205,7 +205,7 @@ def test_only_bursts_are_smoothed_and_every_other_line_keeps_its_bytes(capsys, t
     write_clip(clip, made, source)
     code, printed, err = run_quamo(capsys, "refine", source, "-o", out, "--where", "noisy")
     assert (code, err) == (0, "")
-    spans = noisy_spans(read_bvh(source).motion)
+    spans = noise_burst_spans_to_smooth(read_bvh(source).motion)
     start, stop = spans[0].start, spans[0].stop
     assert f"frames {start}–{stop}: LeftArm, LeftForeArm" in printed
     before, after = (path.read_bytes().splitlines(keepends=True) for path in (source, out))
@@ -251,7 +251,7 @@ def test_the_spline_smooths_the_file_and_says_so(capsys, tmp_path, options, cuto
     assert (code, err) == (0, "")
     assert re.search(f"1 joint .*Hips.* {cutoff:.2g} Hz", told)
     before, after = read_bvh(WALK), read_bvh(out)
-    wanted = smooth_clip(before.motion, np.array([0]), cutoff, place=True, first=1)
+    wanted = smooth_captures_with_spline(before.motion, np.array([0]), cutoff, place=True, first=1)
     assert np.degrees(geodesic_angle(after.motion.rotations, wanted.rotations)).max() < 1e-3
     np.testing.assert_allclose(after.motion.positions, wanted.positions, atol=1e-5)
     assert (before.values[:, 6:] == after.values[:, 6:]).all()
@@ -304,7 +304,7 @@ def test_the_source_is_never_overwritten(capsys):
 
 def test_learned_gains_run_at_25_hz_and_carry_the_correction_back(capsys, weights, tmp_path):
     out = tmp_path / "out.bvh"
-    file = weights / network_weights_name("full", "none")
+    file = weights / gain_network_file_name("full", "none")
     code, told, _ = run_quamo(
         capsys, "refine", DANCE, "-o", out, "--gains", "learned", "--weights", file
     )
@@ -322,10 +322,10 @@ def test_learned_gains_run_at_25_hz_and_carry_the_correction_back(capsys, weight
 
 
 def test_learned_gains_wait_for_one_sample_of_25_hz_and_no_more(walk):
-    from twistcore.quamo.track_clip import select_writable_joints, track_with_network
+    from twistcore.quamo.track_clip import select_joints_with_rotation_channels, track_with_network
 
-    network = untrained_network(8, 4, np.random.default_rng(0), "full")
-    motion, joints = walk.motion, select_writable_joints(walk.skeleton, None)
+    network = initial_gain_network_for_training(8, 4, np.random.default_rng(0), "full")
+    motion, joints = walk.motion, select_joints_with_rotation_channels(walk.skeleton, None)
     whole = track_with_network(motion, joints, network).motion.rotations
     frames = 200
     part = track_with_network(motion.sliced(0, frames), joints, network).motion.rotations
@@ -336,7 +336,7 @@ def test_learned_gains_wait_for_one_sample_of_25_hz_and_no_more(walk):
 
 
 def test_poses_in_bvh_out(capsys, tmp_path):
-    sequence = read_sequence(DANCE)
+    sequence = read_cmu_bvh_sequence(DANCE)
     source = write_poses(tmp_path / "dance.npz", sequence)
     out = tmp_path / "out.bvh"
     code, told, err = run_quamo(capsys, "refine", source, "-o", out, "--up", "y")

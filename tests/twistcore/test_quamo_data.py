@@ -11,7 +11,7 @@ from twistcore.errors import TwistError
 from twistcore.formats.bvh import parse_bvh
 from twistcore.formats.bvh.compose import bvh_text
 from twistcore.formats.smpl.pose_files import PosesError
-from twistcore.formats.smpl.poses_clip import read_poses
+from twistcore.formats.smpl.poses_clip import read_smpl_poses_as_clip
 from twistcore.formats.smpl.skeleton import (
     ANKLES,
     CMU_UNIT,
@@ -39,13 +39,13 @@ from twistcore.skeleton.rotation import (
 )
 from twistcore.study.quamo.noise import LEVELS, Noise, add_pose_noise, gaussian_smoothed_noise
 from twistcore.study.quamo.pose_errors import pose_metrics, procrustes
-from twistcore.study.quamo.rivals import add_constant_rotation_offset, mean_rotation_offset
-from twistcore.study.quamo.sequences import read_sequence, read_sequence_folder
+from twistcore.study.quamo.rivals import mean_rotation_offset, rotate_joints_by_fitted_offsets
+from twistcore.study.quamo.sequences import read_cmu_bvh_sequence, read_cmu_bvh_sequence_folder
 
 
 @pytest.fixture(scope="module")
 def dance():
-    return read_sequence(ASSETS / "dance.bvh")
+    return read_cmu_bvh_sequence(ASSETS / "dance.bvh")
 
 
 def figure(frames=6):
@@ -118,7 +118,7 @@ def test_wandering_noise_has_unit_size_and_its_time_scale():
 def test_noise_is_calibrated_and_seeded(level, mpjpe, accel, systematic):
     found = []
     for name in ("walk", "dance", "basketball"):
-        s = read_sequence(ASSETS / f"{name}.bvh")
+        s = read_cmu_bvh_sequence(ASSETS / f"{name}.bvh")
         truth = s.places_mm(s.q, s.r)
         for seed in range(8):
             noise = Noise(LEVELS[level], systematic)
@@ -226,15 +226,15 @@ def test_no_correction_carried_back_changes_nothing_and_a_constant_one_all(walk)
     assert same[1] == pytest.approx(r)
     offset = np.full((q.shape[1], 3), 0.1)
     turned = apply_sample_corrections(
-        q, r, times, q_in, r_in, add_constant_rotation_offset(q_in, offset), r_in + 2.0
+        q, r, times, q_in, r_in, rotate_joints_by_fitted_offsets(q_in, offset), r_in + 2.0
     )
-    assert geodesic_angle(turned[0], add_constant_rotation_offset(q, offset)).max() < 1e-7
+    assert geodesic_angle(turned[0], rotate_joints_by_fitted_offsets(q, offset)).max() < 1e-7
     assert turned[1] == pytest.approx(r + 2.0)
 
 
 def test_a_folder_without_clips_is_refused(tmp_path):
     with pytest.raises(TwistError, match="BVH"):
-        read_sequence_folder(tmp_path)
+        read_cmu_bvh_sequence_folder(tmp_path)
 
 
 def test_composed_bvh_reads_back_as_the_same_motion(dance):
@@ -259,12 +259,12 @@ def write_poses(path, sequence, **changes):
 
 
 def test_poses_from_npz_are_the_clip_they_were_made_of(dance, tmp_path):
-    clip = read_poses(write_poses(tmp_path / "a.npz", dance), up="y")
+    clip = read_smpl_poses_as_clip(write_poses(tmp_path / "a.npz", dance), up="y")
     topology = find_network_joints(clip.skeleton)
     found = topology.reduced(clip.motion.rotations)
     assert np.degrees(geodesic_angle(found, dance.q)).max() < 1e-3
     assert clip.motion.positions[:, 0] == pytest.approx(dance.r + dance.offsets[0], abs=1e-5)
-    from_template = read_poses(
+    from_template = read_smpl_poses_as_clip(
         write_poses(tmp_path / "b.npz", dance, offsets=None),
         up="y",
         template=ASSETS / "dance.bvh",
@@ -282,7 +282,7 @@ def test_z_up_is_turned_upright_and_52_joints_keep_the_body(dance, tmp_path):
     poses = np.zeros((len(q), 156))
     poses[:, :66] = logarithm(q[:, :22]).reshape(len(q), 66)
     path = write_poses(tmp_path / "a.npz", dance, poses=poses, trans=rotate(turn, dance.r))
-    clip = read_poses(path)
+    clip = read_smpl_poses_as_clip(path)
     found = find_network_joints(clip.skeleton).reduced(clip.motion.rotations)
     assert np.degrees(geodesic_angle(found[:, :22], dance.q[:, :22])).max() < 1e-3
     assert clip.motion.positions[:, 0] == pytest.approx(dance.r + dance.offsets[0], abs=1e-5)
@@ -305,7 +305,7 @@ def test_z_up_is_turned_upright_and_52_joints_keep_the_body(dance, tmp_path):
 def test_bad_poses_are_refused_in_one_sentence(changes, what, dance, tmp_path):
     path = write_poses(tmp_path / "bad.npz", dance, **changes)
     with pytest.raises(PosesError, match=what) as caught:
-        read_poses(path)
+        read_smpl_poses_as_clip(path)
     assert "bad.npz" in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -314,17 +314,17 @@ def test_nan_and_files_that_are_no_npz_are_refused(dance, tmp_path):
     poses = logarithm(dance.q).reshape(len(dance.q), -1)
     poses[3, 5] = np.nan
     with pytest.raises(PosesError, match="frame 3"):
-        read_poses(write_poses(tmp_path / "nan.npz", dance, poses=poses))
+        read_smpl_poses_as_clip(write_poses(tmp_path / "nan.npz", dance, poses=poses))
     text = tmp_path / "text.npz"
     text.write_text("HIERARCHY")
     with pytest.raises(PosesError, match=r"\.npz"):
-        read_poses(text)
+        read_smpl_poses_as_clip(text)
 
 
 def test_mean_offset_of_a_known_one():
     q = normalise(np.random.default_rng(0).standard_normal((30, 24, 4)))
     offset = np.random.default_rng(1).normal(0.0, 0.1, (24, 3))
-    assert mean_rotation_offset([(add_constant_rotation_offset(q, offset), q)]) == pytest.approx(
+    assert mean_rotation_offset([(rotate_joints_by_fitted_offsets(q, offset), q)]) == pytest.approx(
         -offset, abs=1e-9
     )
     assert exponential(np.zeros(3)).tolist() == [1.0, 0.0, 0.0, 0.0]

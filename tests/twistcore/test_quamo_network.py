@@ -13,14 +13,14 @@ from twistcore.quamo import Gains, HandGains, UnstableGainsError, network, track
 from twistcore.quamo.network import (
     VARIANTS,
     Network,
+    initial_gain_network_for_training,
     read_network,
-    untrained_network,
-    write_network,
+    write_gain_network_weights,
 )
 from twistcore.skeleton.rotation import exponential, geodesic_angle, multiply, rotate
 from twistcore.study.quamo.noise import LEVELS, Noise, add_pose_noise
-from twistcore.study.quamo.sequences import read_sequence
-from twistcore.study.quamo.torch_model import import_torch, make_step, track_windows
+from twistcore.study.quamo.sequences import read_cmu_bvh_sequence
+from twistcore.study.quamo.torch_model import import_torch, make_torch_tracking_step, track_windows
 from twistcore.study.quamo.training import TrainingSettings, batches, train
 
 needs_torch = pytest.mark.skipif(
@@ -31,7 +31,7 @@ needs_torch = pytest.mark.skipif(
 def shaken(variant: str, width: int = 16) -> Network:
     """A network whose every weight matters."""
     rng = np.random.default_rng(3)
-    start = untrained_network(width, 8, rng, variant)
+    start = initial_gain_network_for_training(width, 8, rng, variant)
     weights = {
         k: (v + 0.05 * rng.standard_normal(v.shape)).astype(np.float32)
         for k, v in start.weights.items()
@@ -44,7 +44,7 @@ def run(net, q, r):
 
 
 def dance():
-    s = read_sequence(ASSETS / "dance.bvh")
+    s = read_cmu_bvh_sequence(ASSETS / "dance.bvh")
     return add_pose_noise(s.q, s.r, Noise(LEVELS["A"]), np.random.default_rng(0))
 
 
@@ -55,7 +55,7 @@ def reference():
 
 def test_untrained_it_is_the_gains_of_hands(reference):
     q, r = reference
-    net = untrained_network(16, 8, np.random.default_rng(0), "full")
+    net = initial_gain_network_for_training(16, 8, np.random.default_rng(0), "full")
     found, hand = run(net, q, r), track(q, r, 0.04, HandGains(Gains(ka=20.0)))
     # They start differently (InitNet takes a part of the first velocity) and soon agree.
     assert np.degrees(geodesic_angle(found.q[40:], hand.q[40:])).max() < 0.05
@@ -139,8 +139,8 @@ def test_variants_leave_out_what_they_say(reference):
 
 def test_files_read_back_and_are_the_same_bytes(tmp_path):
     net = replace(shaken("s3"), note="two clips")
-    write_network(net, tmp_path / "a.npz")
-    write_network(net, tmp_path / "b.npz")
+    write_gain_network_weights(net, tmp_path / "a.npz")
+    write_gain_network_weights(net, tmp_path / "b.npz")
     assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
     back = read_network(tmp_path / "a.npz")
     assert (back.variant, back.note, back.width) == ("s3", "two clips", 16)
@@ -160,7 +160,7 @@ def test_files_read_back_and_are_the_same_bytes(tmp_path):
 def test_files_that_are_no_network_are_refused(change, what, tmp_path):
     weights = {k: v.copy() for k, v in shaken("full").weights.items()}
     change(weights)
-    write_network(Network(weights, "full"), tmp_path / "bad.npz")
+    write_gain_network_weights(Network(weights, "full"), tmp_path / "bad.npz")
     with pytest.raises(FormatError, match=what) as caught:
         read_network(tmp_path / "bad.npz")
     assert "\n" not in str(caught.value)
@@ -170,13 +170,13 @@ def test_other_files_are_refused(tmp_path):
     (tmp_path / "text.npz").write_text("weights")
     with pytest.raises(FormatError, match=r"\.npz"):
         read_network(tmp_path / "text.npz")
-    write_network(Network(shaken("full").weights, "other"), tmp_path / "other.npz")
+    write_gain_network_weights(Network(shaken("full").weights, "other"), tmp_path / "other.npz")
     with pytest.raises(FormatError, match="'other'"):
         read_network(tmp_path / "other.npz")
 
 
 def test_an_epoch_of_windows_is_seeded_and_mirrored():
-    s = read_sequence(ASSETS / "dance.bvh")
+    s = read_cmu_bvh_sequence(ASSETS / "dance.bvh")
     settings = TrainingSettings(window=40, batch=3)
     starts = [(0, start) for start in range(0, 50, 10)]
     first, again = (list(batches([s], starts, settings, 4)) for _ in range(2))
@@ -196,7 +196,9 @@ def by_torch(variant, q, r):
     """Poses (60, 24, 4) and root places (60, 3) by the model that is trained."""
     torch = import_torch()
     weights = {k: torch.tensor(v) for k, v in shaken(variant).weights.items()}
-    found = track_windows(torch, weights, q[None, :60], r[None, :60], make_step(torch, variant))
+    found = track_windows(
+        torch, weights, q[None, :60], r[None, :60], make_torch_tracking_step(torch, variant)
+    )
     return found[0][0].numpy(), found[1][0].numpy()
 
 
@@ -222,7 +224,7 @@ def test_numpy_is_torch(variant, reference):
 
 @needs_torch
 def test_training_lowers_the_loss_and_resumes_as_if_never_stopped(tmp_path):
-    s = read_sequence(ASSETS / "dance.bvh")
+    s = read_cmu_bvh_sequence(ASSETS / "dance.bvh")
     short = TrainingSettings(epochs=4, width=8, init_width=4, window=30, batch=4)
     told: list[str] = []
     whole = train([s], short, tell=told.append)
@@ -250,7 +252,7 @@ def test_training_lowers_the_loss_and_resumes_as_if_never_stopped(tmp_path):
 @needs_torch
 def test_clips_too_short_for_a_window_are_refused():
     with pytest.raises(TwistError, match="at least 100 frames"):
-        train([read_sequence(ASSETS / "walk.bvh")], TrainingSettings())
+        train([read_cmu_bvh_sequence(ASSETS / "walk.bvh")], TrainingSettings())
 
 
 if __name__ == "__main__":

@@ -13,21 +13,21 @@ from twistcore.formats.bvh.compose import write_motion
 from twistcore.formats.clip import write_clip
 from twistcore.quamo import Gains, HandGains, track
 from twistcore.quamo.clip_tracking import (
-    check_tracking,
+    check_tracking_fits_motion,
     network_weights_identifier,
-    traced_motion,
+    track_motion_with_internal_values,
     tracked_motion,
 )
-from twistcore.quamo.network import untrained_network
-from twistcore.quamo.pieces import capture_spans, capture_starts_after
+from twistcore.quamo.network import initial_gain_network_for_training
+from twistcore.quamo.pieces import capture_start_frames_after, frame_ranges_between_cuts
 from twistcore.quamo.track_clip import (
     check_position_trackable,
     find_figure_position_joint,
-    select_writable_joints,
-    smooth_clip,
+    select_joints_with_rotation_channels,
+    smooth_captures_with_spline,
     track_with_hand_gains,
     track_with_network,
-    untracked_names,
+    untracked_rotating_and_moving_joints,
 )
 from twistcore.review import Tracking
 
@@ -35,8 +35,8 @@ WALK = read_bvh(ASSETS / "walk.bvh")
 MOTION = WALK.motion
 CAPTURE = MOTION.sliced(1, 151)
 OTHER = read_bvh(ASSETS / "dance.bvh").motion.sliced(101, 221)
-JOINTS = select_writable_joints(MOTION.skeleton, None)
-NETWORK = untrained_network(8, 4, np.random.default_rng(0), "full")
+JOINTS = select_joints_with_rotation_channels(MOTION.skeleton, None)
+NETWORK = initial_gain_network_for_training(8, 4, np.random.default_rng(0), "full")
 
 
 def joined(*parts):
@@ -59,7 +59,7 @@ def learned(motion, **options):
 
 
 def spline(motion, **options):
-    return smooth_clip(motion, JOINTS, place=True, **options)
+    return smooth_captures_with_spline(motion, JOINTS, place=True, **options)
 
 
 WAYS = pytest.mark.parametrize("way", [both_ways, learned, spline])
@@ -71,10 +71,10 @@ def assert_same(found, expected):
 
 
 def test_a_clip_without_cuts_is_one_piece_and_one_with_a_cut_two():
-    assert capture_spans(MOTION, 1) == ((1, MOTION.frames),)
-    assert capture_starts_after(CUT, 0).tolist() == [150]
-    assert capture_spans(CUT, 0) == ((0, 150), (150, 270))
-    assert capture_spans(CUT, 3) == ((3, 150), (150, 270))
+    assert frame_ranges_between_cuts(MOTION, 1) == ((1, MOTION.frames),)
+    assert capture_start_frames_after(CUT, 0).tolist() == [150]
+    assert frame_ranges_between_cuts(CUT, 0) == ((0, 150), (150, 270))
+    assert frame_ranges_between_cuts(CUT, 3) == ((3, 150), (150, 270))
 
 
 @WAYS
@@ -87,7 +87,7 @@ def test_across_a_cut_nothing_is_smeared(way):
 def test_a_rest_pose_at_the_end_stays_and_moves_nothing_before_it(way, length):
     rest = MOTION.sliced(0, 1)
     clip = joined(CAPTURE, *[rest] * length)
-    end = int(capture_starts_after(clip, 0)[0])
+    end = int(capture_start_frames_after(clip, 0)[0])
     assert end == CAPTURE.frames
     found = way(clip)
     assert_same(found.sliced(end, clip.frames), clip.sliced(end, clip.frames))
@@ -105,7 +105,7 @@ def test_where_nothing_is_captured_nothing_is_tracked(monkeypatch):
     every = np.ones(CAPTURE.frames, dtype=np.bool_)
     monkeypatch.setattr("twistcore.quamo.pieces.find_cuts", lambda _motion: every)
     tracking = Tracking(("LeftArm",), causal=False, kp=900.0, kd=20.0)
-    found, traces = traced_motion(CAPTURE, tracking)
+    found, traces = track_motion_with_internal_values(CAPTURE, tracking)
     assert_same(found, CAPTURE)
     assert traces.gains.shape == (0, 1, 3)
     assert find_figure_position_joint(CAPTURE) == 0
@@ -127,7 +127,7 @@ def test_refine_writes_the_bytes_of_a_session_and_names_the_cut(capsys, tmp_path
     gains = Gains.by_hand(clip.frame_time, causal=causal)
     names = tuple(clip.skeleton.names)
     tracking = Tracking(names, causal=causal, place=True, kp=gains.kp, kd=gains.kd, ka=0.0)
-    motion, traces = traced_motion(clip.motion, tracking)
+    motion, traces = track_motion_with_internal_values(clip.motion, tracking)
     assert_same(motion, tracked_motion(clip.motion, tracking))
     if not causal:
         assert traces.frames.tolist() == list(range(CUT.frames))
@@ -153,7 +153,9 @@ def test_the_figures_place_is_that_of_a_joint_that_carries_the_figure():
     wave = np.sin(np.arange(MOTION.frames) / 7.0)
     thumb = with_places({"LThumb": wave})
     assert names[find_figure_position_joint(thumb)] == "Hips"
-    assert untracked_names(thumb, JOINTS, find_figure_position_joint(thumb))[1] == ("LThumb",)
+    assert untracked_rotating_and_moving_joints(thumb, JOINTS, find_figure_position_joint(thumb))[
+        1
+    ] == ("LThumb",)
     assert (
         names[find_figure_position_joint(with_places({"LThumb": wave, "LowerBack": wave}))]
         == "LowerBack"
@@ -176,7 +178,7 @@ def test_a_jump_out_of_or_into_a_rest_pose_is_no_way_that_a_place_goes(rest):
     jump, wave = jump[-motion.frames :], np.sin(np.arange(motion.frames) / 7.0)
     found = with_places({"Hips": jump, "LowerBack": wave}, motion=motion)
     assert motion.skeleton.names[find_figure_position_joint(found)] == "LowerBack"
-    assert untracked_names(found, JOINTS, None)[1] == ("LowerBack",)
+    assert untracked_rotating_and_moving_joints(found, JOINTS, None)[1] == ("LowerBack",)
 
 
 def test_learned_gains_refuse_a_place_that_is_not_of_their_root():
@@ -185,10 +187,10 @@ def test_learned_gains_refuse_a_place_that_is_not_of_their_root():
     tracking = Tracking(
         ("LeftArm",), learned=True, weights=network_weights_identifier(), causal=False, place=True
     )
-    for track_it in (lambda: learned(motion), lambda: check_tracking(motion, tracking)):
+    for track_it in (lambda: learned(motion), lambda: check_tracking_fits_motion(motion, tracking)):
         with pytest.raises(TwistError, match=r"'Hips'.*'LowerBack'"):
             track_it()
     kept = track_with_network(motion, JOINTS, NETWORK, causal=False).motion
     np.testing.assert_array_equal(kept.positions, motion.positions)
-    check_tracking(motion, replace(tracking, place=False))
-    check_tracking(MOTION, tracking)
+    check_tracking_fits_motion(motion, replace(tracking, place=False))
+    check_tracking_fits_motion(MOTION, tracking)

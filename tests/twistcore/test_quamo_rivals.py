@@ -11,14 +11,14 @@ from twistcore.study.quamo.methods import (
     HAND,
     hand_tuned_method,
     measured_lags,
-    representation_methods,
     track_root_in_substeps,
+    tracking_methods_by_representation,
 )
 from twistcore.study.quamo.noise import LEVELS, Noise, add_pose_noise
 from twistcore.study.quamo.pose_errors import lag_numerator_and_denominator, pose_metrics
 from twistcore.study.quamo.representations import track_root_positions
 from twistcore.study.quamo.rivals import RIVALS
-from twistcore.study.quamo.sequences import read_sequence, split_into_windows
+from twistcore.study.quamo.sequences import read_cmu_bvh_sequence, split_into_windows
 from twistcore.study.quamo.tables import CONDITIONS, score_methods
 
 DT = 0.04
@@ -26,7 +26,7 @@ DT = 0.04
 
 @pytest.fixture(scope="module")
 def dance():
-    return read_sequence(ASSETS / "dance.bvh")
+    return read_cmu_bvh_sequence(ASSETS / "dance.bvh")
 
 
 @pytest.fixture(scope="module")
@@ -119,7 +119,7 @@ def test_representations_track_their_root_and_one_step_is_the_trackers(dance, gi
     q, r = (x[:, None] for x in given)
     ours = track(q, r, DT, HandGains()).r
     np.testing.assert_array_equal(track_root_positions(r, DT, Gains()), ours)
-    for method in representation_methods().values():
+    for method in tracking_methods_by_representation().values():
         np.testing.assert_array_equal(method(dance, q, r)[1], ours)
     six = track_root_in_substeps(dance, q, r)[1]
     assert 0.001 < np.abs(six - ours).max() < 0.2

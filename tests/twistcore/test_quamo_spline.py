@@ -7,14 +7,14 @@ from hypothesis import strategies as st
 from scipy.interpolate import make_smoothing_spline
 
 from twistcore.errors import TwistError
-from twistcore.quamo.bursts import NoisySpan, smooth_spans
+from twistcore.quamo.bursts import NoisySpan, smooth_noise_burst_spans
 from twistcore.quamo.spline import (
     PLACE_SHARE,
     default_spline_cutoff,
     rotations_smoothed_by_spline,
     smoothed_by_spline,
 )
-from twistcore.quamo.track_clip import smooth_clip
+from twistcore.quamo.track_clip import smooth_captures_with_spline
 from twistcore.skeleton.rotation import exponential, geodesic_angle, multiply, normalise
 
 DT = 0.04
@@ -118,7 +118,7 @@ def test_a_cut_off_that_the_rate_cannot_have_is_refused(cutoff):
 def test_a_clip_is_changed_in_the_chosen_joints_and_from_the_first_frame_only(walk):
     motion = walk.motion
     joints = np.array([5, 18])
-    found = smooth_clip(motion, joints, 4.0, place=True, first=1)
+    found = smooth_captures_with_spline(motion, joints, 4.0, place=True, first=1)
     others = np.setdiff1d(np.arange(len(walk.skeleton)), joints)
     np.testing.assert_array_equal(found.rotations[:, others], motion.rotations[:, others])
     np.testing.assert_array_equal(found.rotations[:1], motion.rotations[:1])
@@ -128,7 +128,7 @@ def test_a_clip_is_changed_in_the_chosen_joints_and_from_the_first_frame_only(wa
         smoothed_by_spline(motion.positions[1:, 0], 4.0 * PLACE_SHARE, motion.frame_time),
     )
     np.testing.assert_array_equal(found.positions[:1], motion.positions[:1])
-    held = smooth_clip(motion, joints, 4.0, first=1)
+    held = smooth_captures_with_spline(motion, joints, 4.0, first=1)
     np.testing.assert_array_equal(held.positions, motion.positions)
 
 
@@ -162,7 +162,7 @@ def test_the_spline_of_a_span_minimises_the_sum_with_the_other_frames_fixed():
 
 def test_bursts_keep_to_their_capture_and_to_frames_after_the_rest_pose(walk):
     motion = walk.motion
-    found = smooth_spans(motion, [NoisySpan(5, 0, 30)], first=10)
+    found = smooth_noise_burst_spans(motion, [NoisySpan(5, 0, 30)], first=10)
     changed = (found.rotations != motion.rotations).any(axis=-1)
     assert changed[10:30, 5].all()
     changed[10:30, 5] = False

@@ -16,7 +16,7 @@ from twistcore.quamo.state_space import (
     FIRST_ORDER,
     next_quaternion,
     next_translation,
-    reference_increment,
+    tracker_reference_rotation_step,
 )
 from twistcore.quamo.tracker import LOST_AFTER, describe_joint_resets
 from twistcore.skeleton.rotation import (
@@ -30,7 +30,7 @@ from twistcore.skeleton.rotation import (
 from twistcore.study.quamo.representations import (
     REPRESENTATIONS,
     has_root_discontinuity,
-    quaternion_integration_errors,
+    integration_errors_exact_first_order,
     rotation_coordinates,
     rotations_from_coordinates,
     track_coordinates,
@@ -200,7 +200,7 @@ def test_the_bound_of_stability_is_where_the_step_diverges(inside):
     q, omega = quaternion_from_axis_angle(Z, 1e-4), np.zeros(3)
     still = np.array([1.0, 0.0, 0.0, 0.0])
     for _ in range(300):
-        omega = omega + dt * (kp * reference_increment(still, q) - kd * omega)
+        omega = omega + dt * (kp * tracker_reference_rotation_step(still, q) - kd * omega)
         q = next_quaternion(q, omega, dt)
     assert (geodesic_angle(q, still) < 1e-4) == inside
 
@@ -239,7 +239,7 @@ def test_parts_add_up_to_the_change_of_velocity(reference):
 
 def test_exact_integration_has_no_drift_and_first_order_has():
     for speed in (np.pi, 2 * np.pi, 12.0):
-        exact, first_order = quaternion_integration_errors(speed, 0.04)
+        exact, first_order = integration_errors_exact_first_order(speed, 0.04)
         assert exact < 1e-10
         # A tangent step of length x = ωΔt/2 turns by 2·atan(x) and not by 2x.
         x = 0.5 * speed * 0.04

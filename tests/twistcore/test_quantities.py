@@ -19,10 +19,10 @@ from twistcore.analysis.clip_analysis import DEFAULT_METHOD, analyse
 from twistcore.detection import Kind
 from twistcore.detection.interval import Interval
 from twistcore.detection.kind import KindInfo
-from twistcore.detection.quantity import quantity_of
+from twistcore.detection.quantity import evidence_curve_of_interval
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import parse_bvh
-from twistcore.formats.clip import patch_clip
+from twistcore.formats.clip import create_file_patch_for_motion
 
 WALK = tc.read_clip("assets/walk.bvh").motion
 
@@ -59,7 +59,7 @@ def curves_of(motion, kind, *, reviewed=True):
     own = [i for i in clip.detect() if i.kind == kind]
     assert own
     own = [i.for_review if reviewed else i for i in own]
-    return [(i, quantity_of(clip.search(DEFAULT_METHOD), i)) for i in own]
+    return [(i, evidence_curve_of_interval(clip.search(DEFAULT_METHOD), i)) for i in own]
 
 
 def held(motion):
@@ -137,7 +137,7 @@ def test_a_spike_is_listed_exactly_if_it_is_beyond_its_limit(degrees):
     motion = turned(WALK, "LeftForeArm", 100, 101, degrees)
     found = [i for i in analyse(motion).detect() if i.kind == Kind.SPIKE]
     one = Interval("LeftForeArm", 100, 101, np.zeros(1), kind=Kind.SPIKE, joint="LeftForeArm")
-    quantity = quantity_of(analyse(motion).search(DEFAULT_METHOD), one)
+    quantity = evidence_curve_of_interval(analyse(motion).search(DEFAULT_METHOD), one)
     assert bool(found) == bool(quantity.values[100] >= quantity.limit[100])
 
 
@@ -151,7 +151,7 @@ def test_frames_that_are_held_have_the_value_of_their_own_frame():
 
 def test_between_linear_keys_a_curve_has_the_value_of_the_change_to_the_next_key():
     clip = tc.read_clip("assets/walk.bvh")
-    stepped = parse_bvh(patch_clip(clip, stepping(150, 30.0)).data, clip.path)
+    stepped = parse_bvh(create_file_patch_for_motion(clip, stepping(150, 30.0)).data, clip.path)
     keyed = KEYS5.written(kept(stepped, KEYS5), KEYS5.repeats(WALK.fps)[1]).motion
     ((interval, quantity),) = curves_of(keyed, Kind.BODY_STEP)
     assert (interval.start, interval.stop) == (146, 151)
@@ -176,7 +176,7 @@ def test_cuts_and_the_ends_of_a_clip_are_left_out_but_no_frame_of_the_interval(k
     search = analyse(stepping(100).at(np.r_[0:cut, 60 : frames - cut + 60])).search(DEFAULT_METHOD)
     for start in (100, 2, cut):
         step = Interval("LeftArm", start, start + 1, np.zeros(1), kind=kind, joint="Hips")
-        if (quantity := quantity_of(search, step)) is not None:
+        if (quantity := evidence_curve_of_interval(search, step)) is not None:
             left_out = {
                 *range(5),
                 *range(cut - around, cut + around + 1),
@@ -194,7 +194,7 @@ def test_an_interval_of_any_length_by_hand_has_a_curve_or_none(edges):
         one = Interval(
             "LeftArm", start, stop, np.ones(stop - start), kind=kind, joint="LeftForeArm"
         )
-        quantity = quantity_of(search, one)
+        quantity = evidence_curve_of_interval(search, one)
         assert quantity is None or len(quantity.values) == WALK.frames
 
 
@@ -209,7 +209,7 @@ def test_a_stretch_by_hand_is_compared_with_the_rest_if_no_roll_is_usual(other):
     foot = Interval(
         "LeftLeg", 60, 200, np.ones(140), kind=Kind.STRETCH, joint="LeftFoot", residual=3.0
     )
-    quantity = quantity_of(search, foot)
+    quantity = evidence_curve_of_interval(search, foot)
     outside, inside = np.delete(quantity.values, slice(60, 200)), quantity.values[60:200]
     assert abs(np.nanmean(outside)) < 10.0
     assert abs(np.nanmean(inside)) == pytest.approx(170.0, abs=25.0)
@@ -230,7 +230,7 @@ def test_a_curve_that_fails_is_one_error(monkeypatch, curve):
     monkeypatch.setattr(kind, "info", info)
     one = Interval("LeftArm", 3, 5, np.zeros(2), kind=kind, joint="LeftArm")
     with pytest.raises(TwistError, match="foot slide"):
-        quantity_of(analyse(WALK).search(DEFAULT_METHOD), one)
+        evidence_curve_of_interval(analyse(WALK).search(DEFAULT_METHOD), one)
 
 
 def short(search, interval):

@@ -13,7 +13,7 @@ from tests.twistcore.test_chain import FAMILIES, limbs, rig
 from twistcore.analysis.correction.twist_removal import children_off_axis, refine, remove_twist
 from twistcore.detection import Interval
 from twistcore.formats.bvh import parse_bvh, read_bvh
-from twistcore.formats.clip import changed_rotations, patch_clip
+from twistcore.formats.clip import changed_rotations, create_file_patch_for_motion
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import geodesic_angle, twist_angle, wrap
@@ -92,7 +92,7 @@ def test_an_export_changes_the_tokens_of_one_interval_and_no_other(sample):
     start, stop = 40, 52
     interval = Interval(chain.name, start, stop, np.full(stop - start, 1.2))
     refined = refine(motion, chains, [interval])
-    data = patch_clip(sample, refined).data
+    data = create_file_patch_for_motion(sample, refined).data
     again = parse_bvh(data)
     old, new = sample.token_spans, again.token_spans
     assert len(old[0]) == len(new[0])

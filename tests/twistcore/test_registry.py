@@ -20,7 +20,7 @@ from twistcore.cli import main
 from twistcore.detection import DETECTORS, DetectorInfo, Interval, register
 from twistcore.detection.registry import FILE_VARIABLE, built_in_detector_names
 from twistcore.errors import TwistError
-from twistcore.review.journal import command_from_json, command_to_json
+from twistcore.review.journal import command_from_json, review_command_to_json
 from twistcore.skeleton.rig import Rig
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "example_detector"
@@ -446,7 +446,7 @@ def test_its_journal_is_read_with_the_detector_that_it_names():
         {"do": "Redetect", "tau_deg": {"LeftArm": 3.0}, "found": [], "drag": 0, "method": "gone"}
     )
     assert redetect.method == "gone"
-    assert command_to_json(redetect)["method"] == "gone"
+    assert review_command_to_json(redetect)["method"] == "gone"
 
 
 def test_the_page_shows_the_example_as_it_is():

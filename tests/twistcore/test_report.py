@@ -12,7 +12,7 @@ from tests.tiers import parametrize
 from tests.twistcore.reviews import CARRIED, CHAINS, CLIP, LIMBS, flip, flipped
 from twistcore.analysis.clip_analysis import detect
 from twistcore.cli import main
-from twistcore.detection.interval_offsets import constant_interval
+from twistcore.detection.interval_offsets import new_constant_offset_interval
 from twistcore.errors import TwistError
 from twistcore.export.compare import compare_motions
 from twistcore.files.atomic import write_atomically
@@ -21,7 +21,7 @@ from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
 from twistcore.formats.reading import read_clip
 from twistcore.report import clip_report
-from twistcore.report.changes import check_fidelity, joint_changes
+from twistcore.report.changes import check_fidelity_of_written_clip, joint_changes
 from twistcore.report.clip_report import write_clip_report
 from twistcore.report.document import Report
 from twistcore.review import Decide, Decision, Review, Tracking, start_review
@@ -92,7 +92,7 @@ def test_it_says_which_joints_moved_and_why(tmp_path):
     chains = (*CHAINS, *LIMBS)
     tau = {c.name: 0.1 for c in chains}
     names = [c.name for c in chains]
-    twist = constant_interval("LeftForeArm", 10, 20, 0.5)
+    twist = new_constant_offset_interval("LeftForeArm", 10, 20, 0.5)
     state = start_review("consistency", tau, [twist, flip(), CARRIED], names)
     state = Decide((1, 2, 3), Decision.ACCEPTED).apply(state)
 
@@ -119,7 +119,7 @@ def test_kind_and_end_stand_in_the_tables(tmp_path):
     chains = (*CHAINS, *LIMBS)
     tau = {c.name: 0.1 for c in CHAINS} | {"RightUpLeg-RightFoot": 0.5}
     found = [
-        constant_interval("LeftForeArm", 10, 20, 0.5),
+        new_constant_offset_interval("LeftForeArm", 10, 20, 0.5),
         flip(),
         flip(start=120, stop=125, carried=True),
     ]
@@ -155,7 +155,7 @@ def test_refine_says_so_before_it_writes_anything(tmp_path, capsys):
 
 def test_it_says_who_when_and_what_nobody_saw(tmp_path):
     tau = {c.name: 0.1 for c in CHAINS}
-    found = [constant_interval("LeftForeArm", 20 * k, 20 * k + 9, 0.5) for k in range(4)]
+    found = [new_constant_offset_interval("LeftForeArm", 20 * k, 20 * k + 9, 0.5) for k in range(4)]
     state = start_review("consistency", tau, found, [c.name for c in CHAINS])
     state = Decide((1,), Decision.ACCEPTED, "Kim", "2026-01-02T10:00:00+00:00").apply(state)
     state = Decide((2,), Decision.REJECTED, "Kim", "2026-01-02T10:05:00+00:00").apply(state)
@@ -196,7 +196,7 @@ def corrected_clip(folder, name="out.bvh"):
     """A clip with one error, its review that accepts it, what was written, and the report."""
     write_clip(CLIP, CLIP.motion, folder / "source.bvh")
     clip = read_clip(folder / "source.bvh")
-    found = constant_interval("LeftForeArm", 10, 20, 0.5)
+    found = new_constant_offset_interval("LeftForeArm", 10, 20, 0.5)
     state = start_review("consistency", {c.name: 0.1 for c in CHAINS}, [found], [])
     state = Decide((1,), Decision.ACCEPTED, "Kim", "2026-01-02T10:00:00+00:00").apply(state)
     refined = accepted_motion(clip, CHAINS, state)
@@ -206,7 +206,7 @@ def corrected_clip(folder, name="out.bvh"):
 
 def test_what_was_left_alone_is_measured_on_the_file(tmp_path):
     clip, refined, report = corrected_clip(tmp_path)
-    kept = check_fidelity(clip, refined, tmp_path / "out.bvh")
+    kept = check_fidelity_of_written_clip(clip, refined, tmp_path / "out.bvh")
     assert (kept.what, kept.total, kept.outside, kept.head) == ("columns", clip.columns, 0, True)
     assert kept.total - kept.same == 6  # P's and C's three
     page = write_clip_report(tmp_path, report)[0].read_text("utf-8")
@@ -224,7 +224,7 @@ def test_what_was_not_left_alone_is_found(tmp_path, where):
     else:
         lines[-1] = b"%b %b" % (b"1.5" if where == "number" else first + b"0", rest)
     (tmp_path / "out.bvh").write_bytes(b"".join(lines))
-    kept = check_fidelity(clip, refined, tmp_path / "out.bvh")
+    kept = check_fidelity_of_written_clip(clip, refined, tmp_path / "out.bvh")
     assert (kept.outside, kept.head) == ((0, False) if where == "head" else (1, True))
     assert write_clip_report(tmp_path, report)[0].read_text("utf-8")
 

@@ -13,7 +13,7 @@ from tests.twistcore import amc_files
 from tests.twistcore.reviews import CARRIED, CHAINS, CLIP, LIMBS, flip, flipped, spun
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.detection import Interval, Kind
-from twistcore.detection.interval_offsets import constant_interval
+from twistcore.detection.interval_offsets import new_constant_offset_interval
 from twistcore.export.detection_json import intervals_to_json
 from twistcore.formats.amc import read_amc
 from twistcore.formats.clip import write_clip
@@ -94,8 +94,8 @@ def find_panels(report):
 def test_what_is_applied_beside_a_find_is_drawn_as_applied():
     """Two of the worst near each other: both are drawn after the correction in both panels."""
     found = [
-        constant_interval("LeftForeArm", 100, 110, 0.9),
-        constant_interval("LeftForeArm", 130, 140, 0.8),
+        new_constant_offset_interval("LeftForeArm", 100, 110, 0.9),
+        new_constant_offset_interval("LeftForeArm", 130, 140, 0.8),
     ]
     assert find_panels(reviewed(CLIP, CHAINS, found, (1, 2))) == [2, 2]
     assert find_panels(reviewed(CLIP, CHAINS, found, (1,))) == [1, 2]
@@ -162,7 +162,7 @@ def test_a_jump_of_a_joint_is_listed_with_its_joint_and_its_angle():
 
 def test_a_find_is_named_by_its_chain_and_the_pictures_say_what_they_show():
     """Right leg is a limb, Right Leg a chain: the name that tells them apart stands beside it."""
-    found = [flip(), constant_interval("LeftForeArm", 40, 45, 0.9)]
+    found = [flip(), new_constant_offset_interval("LeftForeArm", 40, 45, 0.9)]
     report = reviewed(CLIP, (*CHAINS, *LIMBS), found, (1, 2))
     drawn = Drawn(((b"before", b"after"),) * 2)
     page = clip_page_html(report_to_json(report), report, drawn)
@@ -177,7 +177,7 @@ def test_a_find_is_named_by_its_chain_and_the_pictures_say_what_they_show():
 
 
 def test_the_legend_of_the_curves_has_every_band():
-    found = [constant_interval("LeftForeArm", 20 * k, 20 * k + 9, 0.5) for k in range(2)]
+    found = [new_constant_offset_interval("LeftForeArm", 20 * k, 20 * k + 9, 0.5) for k in range(2)]
     report = reviewed(CLIP, CHAINS, found, (1,))
     page = clip_page_html(report_to_json(report), report)
     legend = page[page.index('id="h-curves"') :].partition("</ul>")[0]

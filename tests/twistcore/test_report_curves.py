@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tests.conftest import ASSETS
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.corrected import Corrected
-from twistcore.detection.interval_offsets import constant_interval
+from twistcore.detection.interval_offsets import new_constant_offset_interval
 from twistcore.formats.reading import read_clip
 from twistcore.report.curve_drawing import HEIGHT, ClipCurves, _edges, _path
 from twistcore.review import Decide, Decision, Review, start_review
@@ -96,7 +96,11 @@ def test_a_clip_with_errors_everywhere_has_small_curves():
     """Eight chains are drawn at most, and the more, the coarser."""
     analysis = analyse(read_clip(ASSETS / "walk_injected.bvh"))
     names = [c.name for c in analysis.chains]
-    every = [constant_interval(name, 50 * k, 50 * k + 30, 1.0) for k in range(4) for name in names]
+    every = [
+        new_constant_offset_interval(name, 50 * k, 50 * k + 30, 1.0)
+        for k in range(4)
+        for name in names
+    ]
     state = start_review("consistency", dict.fromkeys(names, 0.1), every, names)
     corrected = Corrected(analysis)
     corrected.take(j.interval for j in state.intervals if j.interval.repairable)

@@ -7,7 +7,7 @@ import pytest
 
 from tests.twistcore.reviews import CHAINS, CLIP, fresh
 from twistcore.cli import main
-from twistcore.detection.interval_offsets import constant_interval
+from twistcore.detection.interval_offsets import new_constant_offset_interval
 from twistcore.report.clip_report import write_clip_report
 from twistcore.report.document import Report
 from twistcore.review import Decide, Decision
@@ -24,9 +24,9 @@ def reports(tmp_path):
     """The second one has other ids: one error is gone, one new, one accepted, and one longer."""
     state = fresh().state
     first, second, third, *others = state.intervals
-    new = replace(first, id=99, interval=constant_interval("LeftForeArm", 2, 5, 0.5))
+    new = replace(first, id=99, interval=new_constant_offset_interval("LeftForeArm", 2, 5, 0.5))
     long = third.interval
-    longer = constant_interval(long.chain, long.start - 1, long.stop + 1, long.delta)
+    longer = new_constant_offset_interval(long.chain, long.start - 1, long.stop + 1, long.delta)
     later = [
         replace(j, id=k)
         for k, j in enumerate([new, second, replace(third, interval=longer), *others], start=50)

@@ -21,7 +21,7 @@ from twistcore.formats.reading import read_clip
 from twistcore.report import folder_report, picture_job
 from twistcore.report.folder_report import clip_page_path, write_folder_report
 from twistcore.report.picture_job import Drawn
-from twistcore.report.recorded_clip import report_from_manifest
+from twistcore.report.recorded_clip import clip_report_from_batch_record
 from twistcore.review import Decide, Decision, Review, write_session
 
 KICK, WALK = ASSETS / "kick.bvh", ASSETS / "walk.bvh"
@@ -192,7 +192,7 @@ def figure():
 
 def test_a_job_comes_back_as_it_was_put_down(tmp_path):
     put = figure()
-    picture_job.write_picture_job(tmp_path, [put])
+    picture_job.write_report_picture_job(tmp_path, [put])
     size, (got,) = picture_job.read_picture_job(tmp_path)
     assert size == picture_job.SIZE
     assert got.pairs == put.pairs
@@ -270,6 +270,6 @@ def test_a_page_examines_the_same_chains_as_the_run(tmp_path, parameters):
     _, document, _ = process_clip(path, parameters)
     result = every.result | {key: document[key] for key in ("chains", "tau_deg")}
     record = replace(every, result=result, parameters=parameters.to_json())
-    own, whole = (report_from_manifest(one, tmp_path).chains for one in (record, every))
+    own, whole = (clip_report_from_batch_record(one, tmp_path).chains for one in (record, every))
     assert [chain.name for chain in own] == document["chains"]
     assert [chain.label for chain in own] != [chain.label for chain in whole]

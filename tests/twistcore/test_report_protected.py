@@ -14,7 +14,7 @@ from twistcore.analysis.correction.protected_measures import ENDS, NAMES, ROLL
 from twistcore.analysis.correction.twist_removal import refine
 from twistcore.detection import Interval
 from twistcore.formats.bvh import read_bvh
-from twistcore.report.changes import sum_protected_measures
+from twistcore.report.changes import sum_correction_effects_on_measures
 from twistcore.report.clip_report import write_clip_report
 from twistcore.report.document import Report
 from twistcore.review import Decide, Decision, Review
@@ -29,7 +29,7 @@ def found():
 
 def test_sums_count_what_got_better_and_name_what_got_worse(found):
     right = [i for i in found if i.repairable and not i.open]
-    sums = {s.name: s for s in sum_protected_measures(CLIP.motion, EVERY, right, right)}
+    sums = {s.name: s for s in sum_correction_effects_on_measures(CLIP.motion, EVERY, right, right)}
     assert set(sums) <= set(NAMES)
     assert not any(s.worse or s.rows for s in sums.values())
     assert sums[ROLL].measured == sums[ROLL].better == len(right)
@@ -37,7 +37,8 @@ def test_sums_count_what_got_better_and_name_what_got_worse(found):
     assert (sums[ENDS].measured, sums[ENDS].better) == (len(right), 0)
     wrong = replace(right[0], offset=-right[0].offset)  # twice the error instead of none
     worse = {
-        s.name: s for s in sum_protected_measures(CLIP.motion, EVERY, [wrong, *right[1:]], right)
+        s.name: s
+        for s in sum_correction_effects_on_measures(CLIP.motion, EVERY, [wrong, *right[1:]], right)
     }
     (row,) = worse[ROLL].rows
     assert (row.chain, row.start, row.stop) == (wrong.chain, wrong.start, wrong.stop)
@@ -53,8 +54,8 @@ def test_corrections_are_measured_with_the_others_done():
         for start, degrees in ((100, 60.0), (120, 110.0))
     ]
     wrong = refine(clean, CHAINS, [i.with_offset(i.start, -i.offset) for i in both])
-    assert not any(s.worse for s in sum_protected_measures(wrong, CHAINS, both, both))
-    assert any(s.worse for s in sum_protected_measures(wrong, CHAINS, both[:1], both))
+    assert not any(s.worse for s in sum_correction_effects_on_measures(wrong, CHAINS, both, both))
+    assert any(s.worse for s in sum_correction_effects_on_measures(wrong, CHAINS, both[:1], both))
 
 
 def test_the_report_has_the_table_and_the_rows_that_got_worse(found, tmp_path):

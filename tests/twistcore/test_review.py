@@ -19,15 +19,15 @@ from tests.twistcore.reviews import CHAINS, CLIP, commands, fresh, redetect, sig
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.detection import Interval
 from twistcore.detection.interval_offsets import (
-    constant_interval,
-    resized,
-    with_constant_offset,
-    with_median_offset,
-    with_twist_straightening_offset,
+    interval_with_given_median_offset,
+    new_constant_offset_interval,
+    resized_interval,
+    with_offset_making_twist_linear,
+    with_offset_replaced_by_median,
 )
 from twistcore.errors import ClipMismatchError, FormatError
 from twistcore.formats.bvh import read_bvh
-from twistcore.formats.clip import patch_clip
+from twistcore.formats.clip import create_file_patch_for_motion
 from twistcore.review import (
     Annotate,
     CarryOver,
@@ -203,8 +203,10 @@ def test_one_drag_is_one_step_and_two_intervals_never_are():
     review = fresh()
     a, b = (j for j in review.state.intervals[:2])
     for stop in (150, 151, 152):
-        review.do(Edit(a.id, resized(a.interval, a.interval.start, stop), drag=1))
-    review.do(Edit(b.id, resized(b.interval, b.interval.start, b.interval.stop + 1), drag=1))
+        review.do(Edit(a.id, resized_interval(a.interval, a.interval.start, stop), drag=1))
+    review.do(
+        Edit(b.id, resized_interval(b.interval, b.interval.start, b.interval.stop + 1), drag=1)
+    )
     review.undo()
     assert review.state.find(a.id).interval.stop == 152
     review.undo()
@@ -214,9 +216,11 @@ def test_one_drag_is_one_step_and_two_intervals_never_are():
 
 def test_resized_keeps_offsets_and_continues_them():
     interval = Interval("c", 10, 13, np.array([0.1, 0.2, 0.3]))
-    np.testing.assert_allclose(resized(interval, 8, 15).offset, [0.1, 0.1, 0.1, 0.2, 0.3, 0.3, 0.3])
-    np.testing.assert_allclose(resized(interval, 11, 12).offset, [0.2])
-    assert with_median_offset(interval, 1.0).delta == pytest.approx(1.0)
+    np.testing.assert_allclose(
+        resized_interval(interval, 8, 15).offset, [0.1, 0.1, 0.1, 0.2, 0.3, 0.3, 0.3]
+    )
+    np.testing.assert_allclose(resized_interval(interval, 11, 12).offset, [0.2])
+    assert interval_with_given_median_offset(interval, 1.0).delta == pytest.approx(1.0)
 
 
 def test_a_session_comes_back_and_replays_to_the_same_bytes(tmp_path):
@@ -225,8 +229,13 @@ def test_a_session_comes_back_and_replays_to_the_same_bytes(tmp_path):
     review.do(Decide(tuple(ids[:4]), Decision.ACCEPTED, "Ada", "2026-01-01T00:00:00+00:00"))
     review.do(Decide((ids[4],), Decision.REJECTED, "Ada", "2026-01-01T00:00:01+00:00"))
     review.do(Annotate(ids[4], "a real turn – no error"))
-    review.do(Edit(ids[0], with_median_offset(review.state.find(ids[0]).interval, 1.234567891234)))
-    review.do(Insert(constant_interval("LeftLeg", 100, 110, -0.7)))
+    review.do(
+        Edit(
+            ids[0],
+            interval_with_given_median_offset(review.state.find(ids[0]).interval, 1.234567891234),
+        )
+    )
+    review.do(Insert(new_constant_offset_interval("LeftLeg", 100, 110, -0.7)))
     path = tmp_path / "walk.twist.json"
     write_session(CLIP, review.state, path)
     session = read_session(path)
@@ -235,7 +244,7 @@ def test_a_session_comes_back_and_replays_to_the_same_bytes(tmp_path):
 
     def exported(state):
         motion = accepted_motion(CLIP, CHAINS, state)
-        return patch_clip(CLIP, motion).data
+        return create_file_patch_for_motion(CLIP, motion).data
 
     assert exported(session.state) == exported(review.state)
     assert exported(session.state) != CLIP.data
@@ -305,7 +314,11 @@ def test_overlapping_intervals_are_named():
     first = review.state.intervals[0]
     assert overlapping_ids(review.state.intervals) == frozenset()
     interval = first.interval
-    review.do(Insert(constant_interval(interval.chain, interval.stop - 2, interval.stop + 5, 0.1)))
+    review.do(
+        Insert(
+            new_constant_offset_interval(interval.chain, interval.stop - 2, interval.stop + 5, 0.1)
+        )
+    )
     other = review.state.next_id - 1
     assert overlapping_ids(review.state.intervals) == {first.id, other}
     review.do(Decide((other,), Decision.REJECTED))
@@ -315,10 +328,14 @@ def test_overlapping_intervals_are_named():
 def test_following_takes_a_drift_out():
     theta = np.zeros(100)
     theta[40:60] = np.linspace(0.5, 1.5, 20)
-    interval = with_twist_straightening_offset(constant_interval("LeftArm", 40, 60, 1.0), theta)
+    interval = with_offset_making_twist_linear(
+        new_constant_offset_interval("LeftArm", 40, 60, 1.0), theta
+    )
     np.testing.assert_allclose(interval.offset, theta[40:60])
-    assert np.ptp(with_constant_offset(interval).offset) == 0.0
-    whole = with_twist_straightening_offset(constant_interval("LeftArm", 0, 100, 1.0), theta)
+    assert np.ptp(with_offset_replaced_by_median(interval).offset) == 0.0
+    whole = with_offset_making_twist_linear(
+        new_constant_offset_interval("LeftArm", 0, 100, 1.0), theta
+    )
     np.testing.assert_allclose(whole.offset, 1.0)
 
 
@@ -337,7 +354,7 @@ def test_decisions_are_carried_over_to_another_take():
     a, b, *_ = review.state.intervals
     review.do(Decide((a.id,), Decision.ACCEPTED, "Ada", "then"))
     review.do(Annotate(b.id, "look", "motion"))
-    review.do(Insert(constant_interval("LeftLeg", 10, 20, 0.3)))
+    review.do(Insert(new_constant_offset_interval("LeftLeg", 10, 20, 0.3)))
     other.do(CarryOver(review.state.intervals))
     state = other.state
     assert (state.find(a.id).decision, state.find(a.id).reviewer) == (Decision.ACCEPTED, "Ada")
@@ -350,8 +367,8 @@ def test_carried_over_decisions_never_take_the_place_of_others():
     review, other = fresh(), fresh()
     a, b, c, *_ = review.state.intervals
     review.do(Decide((a.id, b.id), Decision.ACCEPTED, "Ada", "then"))
-    review.do(Edit(c.id, resized(c.interval, c.interval.start, c.interval.stop + 2)))
-    review.do(Insert(constant_interval("LeftLeg", 10, 20, 0.3)))
+    review.do(Edit(c.id, resized_interval(c.interval, c.interval.start, c.interval.stop + 2)))
+    review.do(Insert(new_constant_offset_interval("LeftLeg", 10, 20, 0.3)))
     other.do(Decide((b.id,), Decision.REJECTED, "Bob", "now"))
     for _ in range(2):  # a second time adds nothing
         other.do(CarryOver(review.state.intervals, same_clip=True))
@@ -377,22 +394,24 @@ def test_of_the_same_clip_a_decision_without_its_interval_stays_and_says_so():
 
 def test_a_kept_interval_hides_no_other():
     review = fresh()
-    review.do(Redetect({"LeftLeg": 0.1}, (constant_interval("LeftLeg", 100, 103, 0.5),)))
+    review.do(Redetect({"LeftLeg": 0.1}, (new_constant_offset_interval("LeftLeg", 100, 103, 0.5),)))
     small = review.state.of_chain("LeftLeg")[0]
     review.do(Decide((small.id,), Decision.REJECTED))
-    review.do(Redetect({"LeftLeg": 0.05}, (constant_interval("LeftLeg", 102, 340, 0.5),)))
+    review.do(
+        Redetect({"LeftLeg": 0.05}, (new_constant_offset_interval("LeftLeg", 102, 340, 0.5),))
+    )
     spans = [(j.interval.start, j.interval.stop) for j in review.state.of_chain("LeftLeg")]
     assert spans == [(100, 103), (102, 340)]
 
 
 def test_a_kept_interval_stands_for_its_fragments():
     review = fresh()
-    review.do(Redetect({"LeftLeg": 0.1}, (constant_interval("LeftLeg", 100, 150, 0.5),)))
+    review.do(Redetect({"LeftLeg": 0.1}, (new_constant_offset_interval("LeftLeg", 100, 150, 0.5),)))
     whole = review.state.of_chain("LeftLeg")[0]
     review.do(Decide((whole.id,), Decision.ACCEPTED))
     halves = (
-        constant_interval("LeftLeg", 100, 120, 0.5),
-        constant_interval("LeftLeg", 120, 150, 0.5),
+        new_constant_offset_interval("LeftLeg", 100, 120, 0.5),
+        new_constant_offset_interval("LeftLeg", 120, 150, 0.5),
     )
     review.do(Redetect({"LeftLeg": 0.05}, halves))
     (only,) = review.state.of_chain("LeftLeg")
@@ -402,14 +421,14 @@ def test_a_kept_interval_stands_for_its_fragments():
 def test_a_decision_is_carried_over_from_the_one_that_shares_most_frames():
     review, other = fresh(), fresh()
     near, far = (
-        constant_interval("LeftLeg", 100, 112, 0.5),
-        constant_interval("LeftLeg", 112, 150, 0.5),
+        new_constant_offset_interval("LeftLeg", 100, 112, 0.5),
+        new_constant_offset_interval("LeftLeg", 112, 150, 0.5),
     )
     review.do(Redetect({"LeftLeg": 0.1}, (near, far)))
     first, second = review.state.of_chain("LeftLeg")
     review.do(Decide((first.id,), Decision.REJECTED, "Ada", "then"))
     review.do(Decide((second.id,), Decision.ACCEPTED, "Bob", "then"))
-    other.do(Redetect({"LeftLeg": 0.1}, (constant_interval("LeftLeg", 105, 150, 0.5),)))
+    other.do(Redetect({"LeftLeg": 0.1}, (new_constant_offset_interval("LeftLeg", 105, 150, 0.5),)))
     other.do(CarryOver(review.state.intervals))
     (found,) = other.state.of_chain("LeftLeg")
     assert (found.decision, found.reviewer) == (Decision.ACCEPTED, "Bob")
@@ -417,14 +436,14 @@ def test_a_decision_is_carried_over_from_the_one_that_shares_most_frames():
 
 def test_what_a_person_made_needs_no_detector_and_what_he_edited_does():
     review = fresh()
-    review.do(Redetect({"LeftLeg": 0.1}, (constant_interval("LeftLeg", 100, 150, 0.5),)))
+    review.do(Redetect({"LeftLeg": 0.1}, (new_constant_offset_interval("LeftLeg", 100, 150, 0.5),)))
     (found,) = review.state.of_chain("LeftLeg")
-    review.do(Edit(found.id, resized(found.interval, 100, 140)))
-    review.do(Insert(constant_interval("LeftLeg", 10, 20, 0.3)))
+    review.do(Edit(found.id, resized_interval(found.interval, 100, 140)))
+    review.do(Insert(new_constant_offset_interval("LeftLeg", 10, 20, 0.3)))
     review.do(Redetect({"LeftLeg": 3.0}, ()))
     made, edited = review.state.of_chain("LeftLeg")
     assert (made.by_hand, made.supported) == (True, True)
     assert (edited.edited, edited.supported) == (True, False)
     # nor does the detector's word for a neighbour count for the hand-made one
-    review.do(Redetect({"LeftLeg": 0.1}, (constant_interval("LeftLeg", 98, 142, 0.5),)))
+    review.do(Redetect({"LeftLeg": 0.1}, (new_constant_offset_interval("LeftLeg", 98, 142, 0.5),)))
     assert [j.supported for j in review.state.of_chain("LeftLeg")] == [True, True]

@@ -7,10 +7,10 @@ import pytest
 
 from twistcore.detection import Interval
 from twistcore.detection.interval_offsets import (
-    constant_interval,
+    interval_with_given_median_offset,
+    new_constant_offset_interval,
     same_offsets,
-    with_constant_offset,
-    with_median_offset,
+    with_offset_replaced_by_median,
 )
 from twistcore.review import Redetect, start_review
 
@@ -23,7 +23,9 @@ def a_soft(degrees=20.0):
 
 
 def found_at(*starts):
-    return [constant_interval(chain, t, t + 4, 0.3) for chain in (ARM, LEG) for t in starts]
+    return [
+        new_constant_offset_interval(chain, t, t + 4, 0.3) for chain in (ARM, LEG) for t in starts
+    ]
 
 
 def test_ids_go_on_from_chain_to_chain_and_are_never_given_twice():
@@ -42,14 +44,14 @@ def test_ids_go_on_from_chain_to_chain_and_are_never_given_twice():
 
 
 def test_a_flattened_interval_has_its_median_offset_everywhere():
-    found = with_constant_offset(a_soft())
+    found = with_offset_replaced_by_median(a_soft())
     assert (found.start, found.stop, found.chain) == (10, 17, ARM)
     np.testing.assert_allclose(found.offset, np.full(7, np.radians(10.0)))
 
 
 @pytest.mark.parametrize("degrees", [-30.0, 5.0, 20.0])
 def test_a_soft_interval_is_stretched_to_its_largest_offset(degrees):
-    found = with_median_offset(a_soft(), np.radians(degrees))
+    found = interval_with_given_median_offset(a_soft(), np.radians(degrees))
     np.testing.assert_allclose(found.offset, a_soft(degrees).offset, atol=1e-12)
     assert found.start == 10
 

@@ -11,7 +11,10 @@ from tests.conftest import ASSETS
 from tests.twistcore.reviews import CARRIED, CHAINS, CLIP, LIMBS, TAU, flip, fresh
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.detection import Kind
-from twistcore.detection.interval_offsets import constant_interval, with_median_offset
+from twistcore.detection.interval_offsets import (
+    interval_with_given_median_offset,
+    new_constant_offset_interval,
+)
 from twistcore.errors import ClipMismatchError, FormatError
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import (
@@ -32,7 +35,7 @@ from twistcore.review import (
     start_review,
     write_session,
 )
-from twistcore.review.reasons import redetected_intervals
+from twistcore.review.reasons import intervals_detected_at_review_tau
 from twistcore.review.replay import accepted_motion, check_session_fits_clip
 from twistcore.skeleton.motion import forward_kinematics
 
@@ -123,7 +126,7 @@ def test_a_journal_keeps_kinds_and_old_ones_open(tmp_path):
     moved = flip(start=150, stop=160, carried=True)
     commands = [
         Insert(moved),
-        Edit(10, with_median_offset(review.state.find(10).interval, 3.0)),
+        Edit(10, interval_with_given_median_offset(review.state.find(10).interval, 3.0)),
         Redetect({"RightUpLeg-RightFoot": 0.7}, (flip(start=100, stop=109),)),
         CarryOver((Judged(1, CARRIED, Decision.ACCEPTED),), same_clip=True),
     ]
@@ -136,7 +139,7 @@ def test_a_journal_keeps_kinds_and_old_ones_open(tmp_path):
     assert session_bytes(CLIP, back.review.state) == session_bytes(CLIP, review.state)
     assert [j.interval.carried for j in back.review.state.of_chain(moved.chain)] == [False, True]
     with closing(Journal(tmp_path / "old", CLIP, fresh().state)) as journal:
-        journal.do(Insert(constant_interval("LeftLeg", 100, 110, -0.7)))
+        journal.do(Insert(new_constant_offset_interval("LeftLeg", 100, 110, -0.7)))
     assert b"kind" not in (tmp_path / "old").read_bytes()  # as it was before there were any
     old = replay_journal(tmp_path / "old", CLIP)
     assert {j.interval.kind for j in old.review.state.intervals} == {Kind.COUNTER_TWIST}
@@ -153,14 +156,14 @@ def test_a_session_read_again_is_told_why_without_a_change(tmp_path):
     back = Review(read_session(tmp_path / "s.json").state)
     begin = back.state
     assert [j.interval.evidence for j in begin.intervals] == [None] * len(begin.intervals)
-    back.do(Insert(constant_interval("RightUpLeg", 14, 31, 0.5)))
+    back.do(Insert(new_constant_offset_interval("RightUpLeg", 14, 31, 0.5)))
     back.do(Decide((1,), Decision.ACCEPTED))
     back.mark_saved()
     *_, moved = begin.intervals
     back.do(Edit(moved.id, replace(moved.interval, start=moved.interval.start - 1,
                                    offset=np.ones(moved.interval.frames + 1))))  # fmt: skip
-    assert redetected_intervals(analysis, back.state) == found.intervals
-    back.take_reasons(redetected_intervals(analysis, back.state))
+    assert intervals_detected_at_review_tau(analysis, back.state) == found.intervals
+    back.take_reasons(intervals_detected_at_review_tau(analysis, back.state))
     evidence = {j.id: j.interval.evidence for j in review.state.intervals}
     none = {moved.id, begin.next_id}
     assert {j.id: j.interval.evidence for j in back.state.intervals} == {
@@ -177,5 +180,5 @@ def test_a_session_read_again_is_told_why_without_a_change(tmp_path):
     back.take_reasons(found)
     assert back.state is same
     assert (
-        redetected_intervals(analyse(clip), begin)[0].kind == Kind.LIMB_FLIP
+        intervals_detected_at_review_tau(analyse(clip), begin)[0].kind == Kind.LIMB_FLIP
     )  # nothing long is started

@@ -11,12 +11,12 @@ from tests.messages import numbers
 from tests.twistcore.plain_review import ARM, FOUND, JUMP, LEG, decided, made, review
 from twistcore.detection import Interval, Kind
 from twistcore.detection.interval_offsets import (
-    angles_relative_to_neighbours,
-    constant_interval,
-    resized,
+    angles_relative_to_adjacent_frames,
+    interval_with_given_median_offset,
+    new_constant_offset_interval,
+    resized_interval,
     round_interval_offset,
-    with_median_offset,
-    with_twist_straightening_offset,
+    with_offset_making_twist_linear,
 )
 from twistcore.quamo.tracking_settings import Tracking
 from twistcore.review import Annotate, Decide, Decision, Review, start_review
@@ -138,41 +138,43 @@ def test_offsets_are_held_as_files_hold_them():
 
 def test_resized_intervals_keep_their_offsets_and_take_the_nearest():
     ramp = replace(made(ARM, 10, 14), offset=np.array([0.1, 0.2, 0.3, 0.4]))
-    wider = resized(ramp, 8, 16)
+    wider = resized_interval(ramp, 8, 16)
     assert (wider.start, wider.stop) == (8, 16)
     np.testing.assert_array_equal(wider.offset, [0.1, 0.1, 0.1, 0.2, 0.3, 0.4, 0.4, 0.4])
-    np.testing.assert_array_equal(resized(ramp, 11, 13).offset, [0.2, 0.3])
+    np.testing.assert_array_equal(resized_interval(ramp, 11, 13).offset, [0.2, 0.3])
 
 
 def test_a_level_is_moved_and_a_soft_course_stretched():
     flat = replace(made(ARM, 0, 4), offset=np.array([0.9, 1.0, 1.0, 1.2]))
-    moved = with_median_offset(flat, 1.5)
+    moved = interval_with_given_median_offset(flat, 1.5)
     np.testing.assert_allclose(moved.offset, [1.4, 1.5, 1.5, 1.7])
-    over = with_median_offset(flat, math.pi)
+    over = interval_with_given_median_offset(flat, math.pi)
     np.testing.assert_allclose(over.offset[:3], [math.pi - 0.1, math.pi, math.pi])
     assert over.offset[3] == pytest.approx(0.2 - math.pi)
     soft = replace(made(ARM, 0, 4), offset=np.array([0.1, 0.5, 1.0, 0.2]))
-    np.testing.assert_allclose(with_median_offset(soft, -2.0).offset, [-0.2, -1.0, -2.0, -0.4])
+    np.testing.assert_allclose(
+        interval_with_given_median_offset(soft, -2.0).offset, [-0.2, -1.0, -2.0, -0.4]
+    )
 
 
 def test_twist_off_the_line_between_its_neighbours():
     theta = np.array([0.0, 0.1, 0.7, 0.8, 0.4, 0.5])
-    np.testing.assert_allclose(angles_relative_to_neighbours(theta, 2, 4), [0.5, 0.5])
+    np.testing.assert_allclose(angles_relative_to_adjacent_frames(theta, 2, 4), [0.5, 0.5])
     np.testing.assert_allclose(
-        angles_relative_to_neighbours(theta, 0, 2), [-0.7, -0.6]
+        angles_relative_to_adjacent_frames(theta, 0, 2), [-0.7, -0.6]
     )  # level at an end
-    np.testing.assert_allclose(angles_relative_to_neighbours(theta, 4, 6), [-0.4, -0.3])
+    np.testing.assert_allclose(angles_relative_to_adjacent_frames(theta, 4, 6), [-0.4, -0.3])
     np.testing.assert_allclose(
-        angles_relative_to_neighbours(theta, 0, 6), theta - 0.5
+        angles_relative_to_adjacent_frames(theta, 0, 6), theta - 0.5
     )  # all of the clip
     # The shorter way round.
     turned = np.array([3.0, 0.0, -3.0])
-    assert angles_relative_to_neighbours(turned, 1, 2) == pytest.approx([math.pi])
-    followed = with_twist_straightening_offset(made(ARM, 2, 4), theta)
+    assert angles_relative_to_adjacent_frames(turned, 1, 2) == pytest.approx([math.pi])
+    followed = with_offset_making_twist_linear(made(ARM, 2, 4), theta)
     np.testing.assert_allclose(followed.offset, [0.5, 0.5])
     assert (followed.start, followed.stop) == (2, 4)
     whole = made(ARM, 0, 6)
-    assert with_twist_straightening_offset(whole, theta) is whole
+    assert with_offset_making_twist_linear(whole, theta) is whole
 
 
 def test_intervals_that_share_frames_add():
@@ -203,5 +205,5 @@ def test_what_nobody_says_is_nothing():
 
 
 def test_intervals_of_no_frames_are_nothing():
-    assert isinstance(constant_interval(ARM, 3, 3, 0.1), Interval)
-    np.testing.assert_array_equal(constant_interval(ARM, 3, 5, 0.1).offset, [0.1, 0.1])
+    assert isinstance(new_constant_offset_interval(ARM, 3, 3, 0.1), Interval)
+    np.testing.assert_array_equal(new_constant_offset_interval(ARM, 3, 5, 0.1).offset, [0.1, 0.1])

@@ -21,9 +21,9 @@ from twistcore.formats.clip import write_clip
 from twistcore.quamo import Gains, HandGains, track, track_both_ways
 from twistcore.quamo.clip_tracking import (
     DEMONSTRATION,
-    check_tracking,
+    check_tracking_fits_motion,
     network_weights_identifier,
-    traced_motion,
+    track_motion_with_internal_values,
     tracked_motion,
 )
 from twistcore.quamo.track_clip import track_with_hand_gains
@@ -40,7 +40,7 @@ from twistcore.review import (
     session_bytes,
     write_session,
 )
-from twistcore.review.journal import command_from_json, command_to_json
+from twistcore.review.journal import command_from_json, review_command_to_json
 from twistcore.review.replay import accepted_motion, check_session_fits_clip
 from twistcore.review.session import session_from_document, tracking_to_json
 
@@ -116,12 +116,12 @@ def test_the_journal_brings_it_back(tmp_path, tracking):
 @pytest.mark.parametrize("tracking", EVERY)
 def test_a_step_that_older_programs_would_replay_otherwise_is_none_that_they_know(tracking):
     """They know `Track`, and leave the keys that say which way and whether the place."""
-    line = command_to_json(Track(tracking))
+    line = review_command_to_json(Track(tracking))
     known = tracking.causal and not tracking.place
     assert line["do"] == ("Track" if known else "Smooth" if tracking.spline else "TrackBothWays")
     assert command_from_json(line) == Track(tracking)
     assert command_from_json({**line, "do": "Track"}) == Track(tracking)  # builds in between
-    assert command_to_json(Track(None)) == {"do": "Track", "tracking": None}
+    assert review_command_to_json(Track(None)) == {"do": "Track", "tracking": None}
 
 
 @parametrize("tracking", EVERY, quick=2)
@@ -237,7 +237,7 @@ def test_damaged_tracking_is_refused_in_a_sentence(tmp_path, damage):
 )
 def test_a_session_that_cannot_be_replayed_here_says_why(tmp_path, tracking, why):
     with pytest.raises(TwistError, match=why):
-        check_tracking(CLIP.motion, tracking)
+        check_tracking_fits_motion(CLIP.motion, tracking)
     review = reviewed()
     review.do(Track(tracking))
     path = tmp_path / "a.twist.json"
@@ -248,14 +248,14 @@ def test_a_session_that_cannot_be_replayed_here_says_why(tmp_path, tracking, why
 
 def test_a_joint_with_an_endless_name_is_told_in_a_short_sentence():
     with pytest.raises(TwistError) as told:
-        check_tracking(CLIP.motion, Tracking(("Tail" * 1000,)))
+        check_tracking_fits_motion(CLIP.motion, Tracking(("Tail" * 1000,)))
     assert len(str(told.value)) < 1000
 
 
 def test_gains_of_joints_mean_nothing_where_the_place_alone_is_tracked():
     place = Tracking((), causal=False, place=True)
     wild = replace(place, kd=500.0)
-    check_tracking(CLIP.motion, wild)
+    check_tracking_fits_motion(CLIP.motion, wild)
     found = tracked_motion(CLIP.motion, wild)
     assert (found.positions == tracked_motion(CLIP.motion, place).positions).all()
     assert (found.rotations == CLIP.motion.rotations).all()
@@ -263,7 +263,7 @@ def test_gains_of_joints_mean_nothing_where_the_place_alone_is_tracked():
 
 def test_traces_are_those_of_the_run_that_is_exported():
     refined = refine(CLIP.motion, CHAINS, reviewed().state.chosen())
-    motion, traces = traced_motion(refined, HAND)
+    motion, traces = track_motion_with_internal_values(refined, HAND)
     assert traces.names == JOINTS
     assert traces.frames.tolist() == list(range(2, CLIP.motion.frames))
     np.testing.assert_array_equal(traces.gains[..., 0], 700.0)
@@ -354,7 +354,7 @@ def test_the_report_of_a_review_that_tracks_nothing_has_no_word_of_it(tmp_path):
 
 
 def test_both_ways_traces_are_means_of_the_two_directions():
-    motion, traces = traced_motion(CLIP.motion, BOTH)
+    motion, traces = track_motion_with_internal_values(CLIP.motion, BOTH)
     assert traces.frames.tolist() == list(range(1, CLIP.motion.frames))
     np.testing.assert_array_equal(traces.gains[..., 0], 700.0)
     np.testing.assert_array_equal(motion.rotations, tracked_motion(CLIP.motion, BOTH).rotations)
@@ -378,7 +378,7 @@ def test_both_ways_traces_are_means_of_the_two_directions():
 
 
 def test_learned_traces_are_at_25_hz_and_vary():
-    motion, traces = traced_motion(CLIP.motion, LEARNED)
+    motion, traces = track_motion_with_internal_values(CLIP.motion, LEARNED)
     expected = tracked_motion(CLIP.motion, LEARNED).rotations
     np.testing.assert_array_equal(motion.rotations, expected)
     assert np.diff(traces.frames) == pytest.approx(4.8, abs=0.01)
@@ -405,7 +405,7 @@ def test_bursts_change_their_joints_and_frames_only_and_say_so():
 )
 def test_a_spline_that_does_not_fit_the_clip_is_refused(changes):
     with pytest.raises(TwistError):
-        check_tracking(CLIP.motion, replace(BURSTS, **changes))
+        check_tracking_fits_motion(CLIP.motion, replace(BURSTS, **changes))
 
 
 @pytest.mark.parametrize(

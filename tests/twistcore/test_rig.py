@@ -13,7 +13,7 @@ from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import refine
 from twistcore.cli import main
 from twistcore.detection import Kind
-from twistcore.detection.interval_offsets import constant_interval
+from twistcore.detection.interval_offsets import new_constant_offset_interval
 from twistcore.errors import FormatError, TwistError
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
@@ -221,7 +221,7 @@ def test_a_session_has_its_chains_and_replays_without_the_program(
     tmp_path, dirty_walk, review, capsys
 ):
     after = changed(dirty_walk, review, OWN)
-    review.do(Insert(constant_interval("Spine", 50, 70, 0.4)))
+    review.do(Insert(new_constant_offset_interval("Spine", 50, 70, 0.4)))
     review.do(Decide((review.state.next_id - 1,), Decision.ACCEPTED))
     session, out = tmp_path / "walk.twist.json", tmp_path / "out.bvh"
     write_session(dirty_walk, review.state, session)

@@ -128,11 +128,11 @@ def test_continuous_quaternions_never_change_their_side():
 
 
 def test_the_largest_and_the_rms_of_angles_the_shorter_way_round():
-    largest, rms = rot.largest_and_rms(np.radians([3.0, -4.0, 360.0]))
+    largest, rms = rot.largest_and_rms_angle_degrees(np.radians([3.0, -4.0, 360.0]))
     assert largest == pytest.approx(4.0)
     assert rms == pytest.approx(np.sqrt(25.0 / 3.0))
-    assert rot.largest_and_rms(np.radians([359.0])) == pytest.approx((1.0, 1.0))
-    assert rot.largest_and_rms([]) == (0.0, 0.0)
+    assert rot.largest_and_rms_angle_degrees(np.radians([359.0])) == pytest.approx((1.0, 1.0))
+    assert rot.largest_and_rms_angle_degrees([]) == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("count", [1, 63, 64, 200])
@@ -234,7 +234,7 @@ def test_single_precision_is_computed_in_double():
     a = np.array([1.0, 2.0, 2.0], dtype=np.float32) / np.float32(3.0)
     turns = rng.normal(scale=9.0, size=80).astype(np.float32)
     for of, *given_values in (
-        (rot.wrap, turns), (rot.wrap, turns[:9]), (rot.largest_and_rms, turns),
+        (rot.wrap, turns), (rot.wrap, turns[:9]), (rot.largest_and_rms_angle_degrees, turns),
         (rot.multiply, p, q), (rot.conjugate, q), (rot.rotate, q, v), (rot.normalise, v),
         (rot.continuous_quaternion_signs, q), (rot.quaternion_from_axis_angle, a, turns[:9]),
         (rot.exponential, v), (rot.logarithm, q), (rot.matrix_from_quaternion, q),

@@ -14,7 +14,7 @@ from tests.twistcore.reviews import CHAINS, CLIP, LIMBS, flip, fresh
 from tests.twistcore.scene_rigs import ORDERS, Cmds, Rig, Sdk
 from tests.twistcore.test_cli import run
 from twistcore.analysis.correction.twist_removal import refine
-from twistcore.detection.interval_offsets import constant_interval
+from twistcore.detection.interval_offsets import new_constant_offset_interval
 from twistcore.errors import TwistError
 from twistcore.export.scene_keys import scene_keys
 from twistcore.export.scene_script import PROGRAMS, SceneOptions, scene_script
@@ -27,7 +27,7 @@ MOTION = CLIP.motion.sliced(110, 150)
 
 @cache
 def corrected():
-    return refine(MOTION, CHAINS, [constant_interval("LeftForeArm", 12, 28, -0.36)])
+    return refine(MOTION, CHAINS, [new_constant_offset_interval("LeftForeArm", 12, 28, -0.36)])
 
 
 def script(program, motion=MOTION, after=None, **options):
@@ -166,7 +166,9 @@ def test_channels_that_do_not_make_the_rotation_are_refusal(monkeypatch):
 
 
 def test_a_correction_of_all_frames_is_keyed_and_said_to_be_blind(monkeypatch, capsys):
-    after = refine(MOTION, CHAINS, [constant_interval("LeftForeArm", 0, MOTION.frames, 0.5)])
+    after = refine(
+        MOTION, CHAINS, [new_constant_offset_interval("LeftForeArm", 0, MOTION.frames, 0.5)]
+    )
     keys = scene_keys(MOTION, after)
     assert {MOTION.skeleton.names[j] for j in keys.unseen} == {"LeftForeArm", "LeftHand"}
     rig = Rig(MOTION)
@@ -255,8 +257,8 @@ def test_references_lie_where_nothing_is_corrected():
 
 def test_each_joint_has_references_where_no_frame_is_free_of_corrections():
     half = MOTION.frames // 2
-    arm = constant_interval("LeftForeArm", 0, half, 0.5)
-    leg = constant_interval("RightUpLeg", half, MOTION.frames, 0.5)
+    arm = new_constant_offset_interval("LeftForeArm", 0, half, 0.5)
+    leg = new_constant_offset_interval("RightUpLeg", half, MOTION.frames, 0.5)
     keys = scene_keys(MOTION, refine(MOTION, CHAINS, [arm, leg]))
     assert keys.unseen == ()
     seen = {j for reference in keys.references for j in reference.joints}
@@ -267,7 +269,7 @@ def test_a_joint_that_hangs_on_a_flipped_limb_is_no_reference():
     """Its own rotation is as it was, but a scene that has its keys shows it elsewhere."""
     half = MOTION.frames // 2
     flipped = flip("RightUpLeg-RightFoot", 0, half)
-    knee = constant_interval("RightLeg", half, MOTION.frames, 0.5)
+    knee = new_constant_offset_interval("RightLeg", half, MOTION.frames, 0.5)
     keys = scene_keys(MOTION, refine(MOTION, (*CHAINS, *LIMBS), [flipped, knee]))
     unseen = {MOTION.skeleton.names[j] for j in keys.unseen}
     assert unseen == {"RightLeg", "RightFoot"}

@@ -33,7 +33,7 @@ from twistcore.review.session import (
     interval_to_json,
     judged_from_json,
     judged_to_json,
-    needs_both_ways_schema,
+    needs_newer_session_schema,
     radians_to_json_degrees,
     read_session,
     read_session_with_hash,
@@ -404,8 +404,8 @@ def test_tracking_comes_back(tracking):
     entry = tracking_to_json(tracking)
     assert entry["gains"] == ("learned" if tracking.learned else "hand")
     assert tracking_from_json(json.loads(json.dumps(entry))) == tracking
-    assert needs_both_ways_schema(tracking) == (tracking is not TRACKING)
-    assert not needs_both_ways_schema(None)
+    assert needs_newer_session_schema(tracking) == (tracking is not TRACKING)
+    assert not needs_newer_session_schema(None)
     del entry["causal"], entry["place"]
     assert tracking_from_json(entry) == replace(tracking, causal=True, place=False)
 

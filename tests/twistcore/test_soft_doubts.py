@@ -13,7 +13,7 @@ from tests.twistcore.test_silent_errors import made as with_hinges
 from tests.twistcore.test_surprise import FRAMES, bad_frames, made
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.soft_errors import Known, search_soft_errors, soft_intervals
-from twistcore.detection.soft_errors.natural_scale import unlikely_increments
+from twistcore.detection.soft_errors.natural_scale import unnaturally_large_twist_increments
 from twistcore.detection.soft_errors.soft_error import SoftError
 from twistcore.detection.soft_errors.soft_intervals import (
     _better,
@@ -23,10 +23,10 @@ from twistcore.detection.soft_errors.soft_intervals import (
     _refresh,
     _stretches,
     _unnatural,
-    soft_confidence,
+    soft_error_confidence_from_gain,
     soft_interval,
 )
-from twistcore.detection.soft_errors.soft_search import natural_motion_costs
+from twistcore.detection.soft_errors.soft_search import twist_departure_costs_per_span
 from twistcore.skeleton.twist_increments import twist_increments
 
 DEGREE = math.pi / 180.0
@@ -44,7 +44,7 @@ def test_a_soft_error_becomes_an_interval():
     found = soft_interval("LeftArm", error)
     assert (found.chain, found.start, found.stop, found.followed) == ("LeftArm", 40, 49, 0.6)
     assert found.offset is error.offset
-    assert (found.open, found.confidence) == (True, soft_confidence(90.0))
+    assert (found.open, found.confidence) == (True, soft_error_confidence_from_gain(90.0))
     assert {k: v for k, v in found.evidence.items() if k != "follows"} == {
         "gain": 90.0,
         "sigma_deg": pytest.approx(0.01 / DEGREE),
@@ -55,13 +55,25 @@ def test_a_soft_error_becomes_an_interval():
 
 
 def test_confidence_is_even_at_eighty_nats():
-    assert soft_confidence(80.0) == 0.5
-    assert soft_confidence(92.0) == pytest.approx(1.0 / (1.0 + math.exp(-1.0)))
-    assert soft_confidence(45.0) == pytest.approx(1.0 / (1.0 + math.exp(35.0 / 12.0)))
-    assert soft_confidence(80.0 + 12.0 * 30.0) == soft_confidence(1e9)
-    assert soft_confidence(80.0 - 12.0 * 30.0) == soft_confidence(-1e9) > 0.0
-    assert soft_confidence(80.0 - 12.0 * 29.0) > soft_confidence(-1e9)
-    assert 1.0 - soft_confidence(80.0 + 12.0 * 29.0) > 1.0 - soft_confidence(1e9)
+    assert soft_error_confidence_from_gain(80.0) == 0.5
+    assert soft_error_confidence_from_gain(92.0) == pytest.approx(1.0 / (1.0 + math.exp(-1.0)))
+    assert soft_error_confidence_from_gain(45.0) == pytest.approx(
+        1.0 / (1.0 + math.exp(35.0 / 12.0))
+    )
+    assert soft_error_confidence_from_gain(80.0 + 12.0 * 30.0) == soft_error_confidence_from_gain(
+        1e9
+    )
+    assert (
+        soft_error_confidence_from_gain(80.0 - 12.0 * 30.0)
+        == soft_error_confidence_from_gain(-1e9)
+        > 0.0
+    )
+    assert soft_error_confidence_from_gain(80.0 - 12.0 * 29.0) > soft_error_confidence_from_gain(
+        -1e9
+    )
+    assert 1.0 - soft_error_confidence_from_gain(
+        80.0 + 12.0 * 29.0
+    ) > 1.0 - soft_error_confidence_from_gain(1e9)
 
 
 # What meets
@@ -133,7 +145,7 @@ def test_frames_under_a_span_that_departs_too_far():
     wanted = np.zeros((6, FRAMES), dtype=bool)
     for k, a in enumerate(s.at):
         for row in range(6):
-            for j, gain in enumerate(natural_motion_costs(s, k, np.array([row]))[0]):
+            for j, gain in enumerate(twist_departure_costs_per_span(s, k, np.array([row]))[0]):
                 if gain > 18.0:
                     first = j * a.natural.span.step
                     wanted[row, first : first + a.natural.span.length + 2 * 2 + 1] = True
@@ -274,7 +286,7 @@ def test_lively_errors_are_sought_again_with_what_was_found_out_of_the_scales(mo
 
     monkeypatch.setattr(soft_intervals, "Search", Stub)
     lively = np.array([True, True, True, True, False, True])
-    wanted = bad | unlikely_increments(s.x, s.y, s.fps)
+    wanted = bad | unnaturally_large_twist_increments(s.x, s.y, s.fps)
     assert _lively_errors(s, bad, lively)[0] == [first, second]
     assert limbs == [[0, 2], [1, 3, 5]] * 2
     np.testing.assert_array_equal(told[0], wanted)
@@ -404,7 +416,7 @@ def test_lively_chains_are_searched_without_what_is_known_and_not_doubted(sought
     np.testing.assert_allclose(joints, wanted.joints, atol=1e-9)
     np.testing.assert_allclose(x, wanted.x, atol=1e-9)
     without = put_in(wanted, 1, 100, -doubted.offset)
-    unlikely = unlikely_increments(without.x, without.y, 120.0)
+    unlikely = unnaturally_large_twist_increments(without.x, without.y, 120.0)
     unlikely[1, 100:120] = True
     np.testing.assert_array_equal(bad, unlikely)
 

@@ -17,9 +17,9 @@ from twistcore.cli import main
 from twistcore.detection.consistency.detector import _limbs, _lines
 from twistcore.detection.soft_errors import Known, search_soft_errors
 from twistcore.detection.soft_errors.silent_joints import (
-    accumulated_twist_if_silent,
-    silent_joint_by_chain,
-    silent_joint_error_runs,
+    accumulated_twist_if_twist_free,
+    find_twist_free_joints,
+    twist_free_joint_error_ranges,
 )
 from twistcore.detection.soft_errors.surprise import Surprise
 from twistcore.formats.bvh import read_bvh, write_motion
@@ -33,12 +33,12 @@ from twistcore.skeleton.rotation import (
     wrap,
 )
 from twistcore.synthesis import (
-    add_counterpart_twist,
-    apply_protocol_options,
+    add_twist_from_opposite_side,
     clip_random_generator,
     draw_errors,
     inject,
     parse_protocol,
+    prepare_clean_motion_for_injection,
 )
 
 CLIPS = sorted(
@@ -57,8 +57,12 @@ def clip(name, kind="plain"):
     motion = read_bvh(ASSETS / name).motion
     motion = motion.sliced(1, motion.frames)
     if kind == "rich":
-        return add_counterpart_twist(motion, find_chains(motion))
-    return apply_protocol_options(motion, (), parse_protocol("H1")) if kind == "30 Hz" else motion
+        return add_twist_from_opposite_side(motion, find_chains(motion))
+    return (
+        prepare_clean_motion_for_injection(motion, (), parse_protocol("H1"))
+        if kind == "30 Hz"
+        else motion
+    )
 
 
 def chain_of(motion, name):
@@ -143,7 +147,9 @@ def test_what_a_silent_joint_tells_is_sure():
 @pytest.mark.parametrize("fps", [30, 60])
 def test_at_lower_rates_too(fps):
     base = clip("walk.bvh")
-    motion = apply_protocol_options(base, (), parse_protocol("H1" if fps == 30 else "H2"))
+    motion = prepare_clean_motion_for_injection(
+        base, (), parse_protocol("H1" if fps == 30 else "H2")
+    )
     inside, outside, elsewhere = left_of("LeftUpLeg", 30, step(14, width=4), motion)
     assert np.degrees(max(inside.max(), outside.max(), elsewhere)) < 0.15
 
@@ -280,18 +286,18 @@ def test_a_joint_that_never_twists_is_silent_one_that_rests_is_not():
     turning = np.radians(0.5) * np.sin(np.arange(400) / 9.0)
     never = np.zeros(400)
     np.testing.assert_allclose(
-        accumulated_twist_if_silent(never, turning, np.zeros(len(never), dtype=bool)), 0.0
+        accumulated_twist_if_twist_free(never, turning, np.zeros(len(never), dtype=bool)), 0.0
     )
     rests = turning[::-1].copy()
     rests[100:200] = 0.0
-    assert accumulated_twist_if_silent(rests, turning, np.zeros(len(rests), dtype=bool)) is None
+    assert accumulated_twist_if_twist_free(rests, turning, np.zeros(len(rests), dtype=bool)) is None
     halts = turning[::-1].copy()
     halts[::25] = 0.0  # now and then, at its turning points as well
-    assert accumulated_twist_if_silent(halts, turning, np.zeros(len(halts), dtype=bool)) is None
+    assert accumulated_twist_if_twist_free(halts, turning, np.zeros(len(halts), dtype=bool)) is None
     both_rest = turning.copy()
     both_rest[100:300] = 0.0
     assert (
-        accumulated_twist_if_silent(both_rest, both_rest, np.zeros(len(both_rest), dtype=bool))
+        accumulated_twist_if_twist_free(both_rest, both_rest, np.zeros(len(both_rest), dtype=bool))
         is None
     )
 
@@ -302,18 +308,20 @@ def test_the_level_of_a_silent_joint_is_that_of_most_frames():
     level[150:240] = THIRTY * np.sin(np.linspace(0.0, np.pi, 90))
     silent = np.diff(level, prepend=0.0)
     np.testing.assert_allclose(
-        accumulated_twist_if_silent(silent, turning, np.zeros(len(silent), dtype=bool)),
+        accumulated_twist_if_twist_free(silent, turning, np.zeros(len(silent), dtype=bool)),
         level,
         atol=1e-9,
     )
     nowhere = np.zeros(400, dtype=bool)
-    ((start, stop),) = silent_joint_error_runs(level, nowhere)
+    ((start, stop),) = twist_free_joint_error_ranges(level, nowhere)
     assert start <= 150
     assert stop >= 240
-    assert silent_joint_error_runs(0.04 * level, nowhere) == []  # 1.2°: less than is asked for
+    assert (
+        twist_free_joint_error_ranges(0.04 * level, nowhere) == []
+    )  # 1.2°: less than is asked for
     cut = nowhere.copy()
     cut[200] = True
-    assert silent_joint_error_runs(level, cut) == [(start, 200), (200, stop)]
+    assert twist_free_joint_error_ranges(level, cut) == [(start, 200), (200, stop)]
 
 
 def surprise_of(motion, name="LeftArm", cut=None):
@@ -329,10 +337,10 @@ def surprise_of(motion, name="LeftArm", cut=None):
 def test_the_rig_of_the_samples_has_silent_joints_and_made_rich_it_has_none():
     for name in CLIPS:
         surprise, rows = surprise_of(clip(name))
-        sides = {n: silent_joint_by_chain(surprise).get(r) for n, r in rows.items()}
+        sides = {n: find_twist_free_joints(surprise).get(r) for n, r in rows.items()}
         assert {s for n, s in sides.items() if n.endswith("Arm") and "Fore" not in n} == {-1}
         assert {s for n, s in sides.items() if n.endswith("ForeArm")} == {1}
-        assert silent_joint_by_chain(surprise_of(clip(name, "rich"))[0]) == {}
+        assert find_twist_free_joints(surprise_of(clip(name, "rich"))[0]) == {}
 
 
 @pytest.mark.parametrize(("fill", "least"), [("GH", 8.0), ("GI", 3.0)])
@@ -345,7 +353,7 @@ def test_a_joint_held_over_gaps_is_not_the_silent_one(fill, least):
         )
         dirty = inject(motion, chains, errors)
         surprise, rows = surprise_of(dirty)
-        assert silent_joint_by_chain(surprise)[rows["RightArm"]] == -1
+        assert find_twist_free_joints(surprise)[rows["RightArm"]] == -1
         _, total = found_in(dirty)
         full = np.zeros(motion.frames)
         for e in errors:

@@ -12,11 +12,11 @@ from tests.conftest import ASSETS
 from tests.messages import names_in_one_line, numbers
 from twistcore.analysis.clip_analysis import analyse, detect
 from twistcore.analysis.correction.twist_removal import remove_twist
-from twistcore.analysis.why_not import Why, why_no_interval_edge
+from twistcore.analysis.why_not import Why, why_frame_bounds_no_interval
 from twistcore.cli import main
 from twistcore.detection import Interval
 from twistcore.detection.consistency.chain_analysis import FixedInterval
-from twistcore.detection.interval_offsets import with_median_offset
+from twistcore.detection.interval_offsets import interval_with_given_median_offset
 from twistcore.detection.soft_onset import describe_soft_onset, rise_and_fall_frames
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
@@ -80,9 +80,9 @@ def test_a_soft_interval_is_shown_by_its_largest_offset_and_an_ordinary_one_by_i
 
 
 def test_its_course_is_stretched_where_an_ordinary_one_is_moved():
-    edited = with_median_offset(soft(), np.radians(-39.0))
+    edited = interval_with_given_median_offset(soft(), np.radians(-39.0))
     np.testing.assert_allclose(edited.offset, -0.5 * RAMP, atol=1e-12)
-    assert with_median_offset(level(20.0), 1.0).delta == pytest.approx(1.0)
+    assert interval_with_given_median_offset(level(20.0), 1.0).delta == pytest.approx(1.0)
 
 
 def test_explain_and_json_have_soft_intervals(ramped, tmp_path, capsys):
@@ -122,7 +122,7 @@ def test_below_tau_a_soft_error_is_named_at_its_peak(ramped):
     (error,) = standing
     found = clip.detect(tau_radians={"RightLeg": error.strength + 0.01})
     assert not [i for i in found if i.chain == "RightLeg" and i.start == error.interval.start]
-    reason = why_no_interval_edge(found, "RightLeg", error.peak)
+    reason = why_frame_bounds_no_interval(found, "RightLeg", error.peak)
     assert reason.why == Why.BELOW
 
 
@@ -145,7 +145,7 @@ def test_an_edge_of_what_gave_way_names_what_stands_instead(chain, why):
     clip._by_method["consistency"] = replace(analysis, chains=chains, witnesses={})
     found = clip.detect()
     assert [i.start for i in found if i.chain == "RightForeArm"] == [123] * (why == Why.OTHER)
-    reason = why_no_interval_edge(found, "RightForeArm", 120)
+    reason = why_frame_bounds_no_interval(found, "RightForeArm", 120)
     assert (reason.why, reason.suspicious) == (why, why == Why.OTHER)
     own, other = "frames 120–140 (−28.6°)", f"frames {error.start}–{error.stop}"
     assert names_in_one_line(reason.text, own, other)

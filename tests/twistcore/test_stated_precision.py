@@ -13,10 +13,10 @@ from twistcore.detection import Kind
 from twistcore.review import Decision, start_review
 from twistcore.tuning.stated_precision import (
     ENOUGH_STATED,
-    corrections_with_confidence,
+    automatic_corrections_with_confidence,
     estimate_unjudged_precision,
     representative_judging_order,
-    verdicts_on,
+    verdicts_on_automatic_corrections,
 )
 
 
@@ -73,17 +73,17 @@ def test_the_informative_order_does_not_flatter():
 def test_only_a_persons_own_verdicts_count():
     analysis = tc.analyse(tc.read_clip(ASSETS / "walk_injected.bvh"))
     found = analysis.detect()
-    corrections = corrections_with_confidence(found)
+    corrections = automatic_corrections_with_confidence(found)
     assert len(corrections) == len(found.to_correct()[1])
     state = start_review(found.method, dict(found.tau), found.intervals, dict(found.tau))
-    assert set(verdicts_on(corrections, state)) == {None}
+    assert set(verdicts_on_automatic_corrections(corrections, state)) == {None}
     said = [
         replace(state.intervals[0], decision=Decision.ACCEPTED, reviewer="A"),
         replace(state.intervals[1], decision=Decision.REJECTED, reviewer="A"),
         replace(state.intervals[2], decision=Decision.ACCEPTED, reviewer="A", in_bulk=True),
         *state.intervals[3:],
     ]
-    verdicts = verdicts_on(corrections, state.with_intervals(said))
+    verdicts = verdicts_on_automatic_corrections(corrections, state.with_intervals(said))
     by_frames = {(c.chain, c.start): v for c, v in zip(corrections, verdicts, strict=True)}
     first, second, third = (j.interval for j in said[:3])
     assert by_frames[first.chain, first.start] is True
@@ -93,7 +93,7 @@ def test_only_a_persons_own_verdicts_count():
 
 def test_a_verdict_on_another_kind_of_error_does_not_count():
     found = tc.analyse(tc.read_clip(ASSETS / "walk_injected.bvh")).detect()
-    corrections = corrections_with_confidence(found)
+    corrections = automatic_corrections_with_confidence(found)
     state = start_review(found.method, dict(found.tau), found.intervals, dict(found.tau))
     jumps = [
         replace(
@@ -104,4 +104,6 @@ def test_a_verdict_on_another_kind_of_error_does_not_count():
         )
         for judged in state.intervals
     ]
-    assert set(verdicts_on(corrections, state.with_intervals(jumps))) == {None}
+    assert set(verdicts_on_automatic_corrections(corrections, state.with_intervals(jumps))) == {
+        None
+    }

@@ -10,12 +10,12 @@ import pytest
 from tests.twistcore.counters import ROW, counter_of
 from tests.twistcore.test_straight_limbs import erring, level, straightening, thigh
 from tests.twistcore.test_straight_limbs import spells as straight_frames
-from twistcore.detection.counter_twist.edges import find_edges
-from twistcore.detection.counter_twist.offsets import interval_offset_courses
+from twistcore.detection.counter_twist.edges import find_interval_edges_and_steps
+from twistcore.detection.counter_twist.offsets import interval_twist_errors_over_time
 from twistcore.detection.counter_twist.pairing import (
     best_edge_pairs,
-    counter_rotation_sums,
-    edge_pair_table,
+    interval_edge_pair_gains,
+    running_counter_rotation_sums,
 )
 from twistcore.detection.straight_limbs.straight_claims import (
     Jumps,
@@ -26,8 +26,12 @@ from twistcore.detection.straight_limbs.straight_claims import (
     _without,
     find_straight_limb_errors,
 )
-from twistcore.detection.straight_limbs.straight_course import increment_difference_scale
-from twistcore.detection.straight_limbs.straight_spells import Bend, bend_of, find_straight_ranges
+from twistcore.detection.straight_limbs.straight_course import twist_increment_change_scale
+from twistcore.detection.straight_limbs.straight_spells import (
+    Bend,
+    find_straight_ranges,
+    limb_bend_per_frame,
+)
 from twistcore.skeleton.twist_increments import twist_increments
 
 DEGREE = math.pi / 180.0
@@ -39,9 +43,9 @@ FRAMES = 120
 
 def jumps_of(seed, tau=2.0):
     counter = counter_of(seed, frames=FRAMES, jumps=0.06)
-    edges, step = find_edges(counter, ROW)
-    sums = counter_rotation_sums(counter, ROW, step)
-    tables = tuple(edge_pair_table(edges, sums, a, b) for a, b in ((0, 70), (70, FRAMES)))
+    edges, step = find_interval_edges_and_steps(counter, ROW)
+    sums = running_counter_rotation_sums(counter, ROW, step)
+    tables = tuple(interval_edge_pair_gains(edges, sums, a, b) for a, b in ((0, 70), (70, FRAMES)))
     return Jumps(counter, ROW, edges, step, tables, tau * DEGREE, 60.0)
 
 
@@ -60,7 +64,7 @@ def test_jumps_are_the_intervals_of_all_segments(seed):
     wanted = []
     for table in jumps.tables:
         pairs = best_edge_pairs(table, jumps.tau, 60.0)
-        courses = interval_offset_courses(pairs, table, jumps.counter, ROW, jumps.step)
+        courses = interval_twist_errors_over_time(pairs, table, jumps.counter, ROW, jumps.step)
         for pair, own in zip(pairs, courses, strict=True):
             ends = [k for k in (pair.opening, pair.closing) if k >= 0]
             wanted.append((own.start, tuple(int(table.edges.peak[k]) for k in ends), own.offset))
@@ -88,9 +92,9 @@ def test_jumps_without_edges_are_paired_anew(seed):
     kept = [k for k, p in enumerate(jumps.edges.peak.tolist()) if not peaks[p]]
     assert len(kept) < len(jumps.edges)
     np.testing.assert_array_equal(left.edges.peak, jumps.edges.peak[kept])
-    sums = counter_rotation_sums(jumps.counter, ROW, jumps.step)
+    sums = running_counter_rotation_sums(jumps.counter, ROW, jumps.step)
     for table, old in zip(left.tables, jumps.tables, strict=True):
-        assert_same(table, edge_pair_table(left.edges, sums, old.low, old.high))
+        assert_same(table, interval_edge_pair_gains(left.edges, sums, old.low, old.high))
     assert (left.counter, left.row, left.tau, left.fps) == (jumps.counter, ROW, jumps.tau, 60.0)
     assert not any(peaks[p] for j in left.found() for p in j.peaks)
 
@@ -163,11 +167,11 @@ def asked_of(motion, bounds, found=()):
 def plain_limb(motion, bounds, found):
     """Errors by spell, and the frames that they claim."""
     chain, _, increments = asked_of(motion, bounds)
-    bend = bend_of(motion.rotations[:, chain.child], chain.axis, chain.arm, FPS)
+    bend = limb_bend_per_frame(motion.rotations[:, chain.child], chain.axis, chain.arm, FPS)
     said = [(j, _is_nearer_hinge(j, bend)) for j in found]
     certain, unsaid = ([j for j, s in said if s is which] for which in (True, None))
     left = _without(increments, certain)
-    scales = increment_difference_scale(left[0]), increment_difference_scale(left[1])
+    scales = twist_increment_change_scale(left[0]), twist_increment_change_scale(left[1])
     errors, claimed = [], set()
     for low, high in bounds:
         for spell in find_straight_ranges(left, bend, low, high, FPS):

@@ -12,7 +12,7 @@ from tests.tiers import parametrize
 from twistcore.analysis.clip_analysis import ClipAnalysis, analyse
 from twistcore.analysis.correction.twist_removal import automatic_corrections, refine, remove_twist
 from twistcore.cli import main
-from twistcore.detection.straight_limbs.straight_spells import BENT, bend_of
+from twistcore.detection.straight_limbs.straight_spells import BENT, limb_bend_per_frame
 from twistcore.formats.bvh import read_bvh, write_motion
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.motion import Motion, Skeleton
@@ -59,7 +59,9 @@ def thigh(motion, name="LeftUpLeg"):
 def bend(motion, name="LeftUpLeg"):
     """Bend of a limb in every frame."""
     chain = thigh(motion, name)
-    return bend_of(motion.rotations[:, chain.child], chain.axis, chain.arm, motion.fps).angle
+    return limb_bend_per_frame(
+        motion.rotations[:, chain.child], chain.axis, chain.arm, motion.fps
+    ).angle
 
 
 def bent(motion):

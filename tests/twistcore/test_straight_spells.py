@@ -9,16 +9,16 @@ from tests.tiers import parametrize
 from twistcore.detection.straight_limbs.straight_claims import _is_nearer_hinge, _Jumping
 from twistcore.detection.straight_limbs.straight_course import (
     error_course,
-    increment_difference_scale,
+    twist_increment_change_scale,
 )
 from twistcore.detection.straight_limbs.straight_spells import (
     Bend,
     Spell,
     _over_windows,
-    bend_of,
+    find_straight_limb_twist_errors,
     find_straight_ranges,
-    straight_errors_in_range,
-    transition_window_frames,
+    limb_bend_per_frame,
+    twist_transition_window_frames,
     unexplained_opposite_rotation,
 )
 from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle, wrap
@@ -98,8 +98,8 @@ def plain_course(increments, scales, start, stop, low, high, fps):
 def test_the_course_is_that_of_the_dense_least_squares(seed, fps):
     increments, s = signals(seed, fps), spell_of(seed)
     scales = (
-        increment_difference_scale(increments[0]),
-        1.7 * increment_difference_scale(increments[1]),
+        twist_increment_change_scale(increments[0]),
+        1.7 * twist_increment_change_scale(increments[1]),
     )
     found = error_course(increments, scales, s.start, s.stop, s.low, s.high, fps)
     wanted = plain_course(increments, scales, s.start, s.stop, s.low, s.high, fps)
@@ -110,7 +110,10 @@ def test_the_course_is_that_of_the_dense_least_squares(seed, fps):
 @pytest.mark.parametrize("n", [1, 2, 3])
 def test_a_course_of_few_frames(n):
     increments = signals(0, 120.0)
-    scales = increment_difference_scale(increments[0]), increment_difference_scale(increments[1])
+    scales = (
+        twist_increment_change_scale(increments[0]),
+        twist_increment_change_scale(increments[1]),
+    )
     found = error_course(increments, scales, 40, 40 + n, 0, FRAMES, 120.0)
     wanted = plain_course(increments, scales, 40, 40 + n, 0, FRAMES, 120.0)
     np.testing.assert_allclose(found, wanted, atol=1e-7)
@@ -119,15 +122,15 @@ def test_a_course_of_few_frames(n):
 def test_the_scale_of_increments_is_the_median_of_their_changes():
     x = signals(1, 120.0)[0]
     changes = [abs(x[t] - x[t - 1]) for t in range(3, FRAMES)]
-    assert increment_difference_scale(x) == pytest.approx(1.4826 * np.median(changes))
+    assert twist_increment_change_scale(x) == pytest.approx(1.4826 * np.median(changes))
     least = 0.02 * DEGREE
     assert (
-        increment_difference_scale(1e-4 * x)
-        == increment_difference_scale(x[:3])
-        == increment_difference_scale(x[:1])
+        twist_increment_change_scale(1e-4 * x)
+        == twist_increment_change_scale(x[:3])
+        == twist_increment_change_scale(x[:1])
         == pytest.approx(least)
     )
-    assert increment_difference_scale(np.array([0.0, 9.0, 0.0, 1.0])) == pytest.approx(1.4826)
+    assert twist_increment_change_scale(np.array([0.0, 9.0, 0.0, 1.0])) == pytest.approx(1.4826)
 
 
 # Bends
@@ -163,7 +166,7 @@ def plain_azimuth(q, axis, arm):
 def test_a_bend_is_that_of_the_bone_and_its_azimuth_off_the_bent_limbs(seed, moving):
     q, axis, arm = leg(seed)
     axes = np.broadcast_to(axis, (len(q), 3)) if moving else axis
-    bend = bend_of(q, axes, arm, 120.0)
+    bend = limb_bend_per_frame(q, axes, arm, 120.0)
     plain = np.array([plain_azimuth(own, axis, arm) for own in q])
     np.testing.assert_allclose(bend.angle, plain[:, 0], atol=1e-9)
     bent = plain[:, 0] > 30.0 * DEGREE
@@ -174,7 +177,7 @@ def test_a_bend_is_that_of_the_bone_and_its_azimuth_off_the_bent_limbs(seed, mov
     assert np.median(bend.azimuth[bent]) == pytest.approx(0.0, abs=1e-9)
     assert np.abs(bend.azimuth).max() <= np.pi
     assert bend.spread == pytest.approx(np.quantile(np.abs(bend.azimuth[bent]), 0.75))
-    loose = bend_of(*leg(seed, hinge=False), 120.0)
+    loose = limb_bend_per_frame(*leg(seed, hinge=False), 120.0)
     assert loose.azimuth is None
     assert loose.spread > 2.0 * DEGREE
 
@@ -185,7 +188,7 @@ def test_a_limb_bent_for_less_than_a_tenth_of_a_second_tells_nothing(fps, frames
     angle = np.full(40, 0.1)
     angle[5 : 5 + frames] = 0.6
     q = quaternion_from_axis_angle(np.broadcast_to(np.eye(3)[0], (40, 3)), angle)
-    bend = bend_of(q, np.eye(3)[1], np.eye(3)[1], fps)
+    bend = limb_bend_per_frame(q, np.eye(3)[1], np.eye(3)[1], fps)
     assert (bend.azimuth is not None) == told
     np.testing.assert_allclose(bend.angle, angle, atol=1e-9)
 
@@ -305,7 +308,7 @@ def test_spells_are_those_beside_a_bent_limb_in_which_both_joints_counter_turn(s
 
 
 def test_windows_of_a_transition_and_runs():
-    assert [transition_window_frames(fps) for fps in (5.0, 24.0, 30.0, 60.0, 120.0)] == [
+    assert [twist_transition_window_frames(fps) for fps in (5.0, 24.0, 30.0, 60.0, 120.0)] == [
         2,
         3,
         4,
@@ -377,7 +380,7 @@ def softly(seed, fps, spell):
 def test_errors_in_a_spell_begin_or_end_with_a_transition_of_both_joints(seed, fps):
     spell = spell_of(seed)
     increments, delta = softly(seed, fps, spell)
-    found = straight_errors_in_range(increments, delta, spell, fps)
+    found = find_straight_limb_twist_errors(increments, delta, spell, fps)
     wanted = plain_errors(increments, delta, spell, fps)
     assert [(e.start, e.stop, e.peak) for e in found] == [w[:3] for w in wanted]
     for error, (start, stop, _, turns, strength) in zip(found, wanted, strict=True):

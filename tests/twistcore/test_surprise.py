@@ -7,14 +7,17 @@ import pytest
 from scipy.interpolate import CubicHermiteSpline
 
 from twistcore.detection.limbs import Limbs
-from twistcore.detection.soft_errors.departures import natural_level_bridges, span_grids
-from twistcore.detection.soft_errors.natural_scale import (
-    departure_cost,
-    fitted_increment_share,
-    natural_scales,
-    unlikely_increments,
+from twistcore.detection.soft_errors.departures import (
+    natural_accumulated_twist_curves,
+    overlapping_frame_spans_by_length,
 )
-from twistcore.detection.soft_errors.soft_search import natural_motion_costs
+from twistcore.detection.soft_errors.natural_scale import (
+    fit_parent_share_of_twist,
+    natural_twist_departure_cost,
+    natural_twist_departure_scales,
+    unnaturally_large_twist_increments,
+)
+from twistcore.detection.soft_errors.soft_search import twist_departure_costs_per_span
 from twistcore.detection.soft_errors.surprise import Surprise
 from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
 from twistcore.skeleton.twist_increments import twist_increments
@@ -60,8 +63,8 @@ def plain_cost(z, cap=14.0):
 
 def test_what_a_departure_costs():
     for z in (-40.0, -3.0, 0.0, 0.5, 2.0, 10.0, 22.0, 23.0, 1e6):
-        assert departure_cost(np.array(z)) == pytest.approx(plain_cost(z))
-        assert departure_cost(np.array(z), 3.0) == pytest.approx(plain_cost(z, 3.0))
+        assert natural_twist_departure_cost(np.array(z)) == pytest.approx(plain_cost(z))
+        assert natural_twist_departure_cost(np.array(z), 3.0) == pytest.approx(plain_cost(z, 3.0))
 
 
 def plain_share(x, total, clean):
@@ -85,9 +88,9 @@ def test_the_share_is_that_of_the_least_absolute_values(frames):
     )
     clean = rng.random(total.shape) < 0.7
     wanted = [plain_share(*row) for row in zip(x, total, clean, strict=True)]
-    np.testing.assert_allclose(fitted_increment_share(x, total, clean), wanted, atol=1e-9)
+    np.testing.assert_allclose(fit_parent_share_of_twist(x, total, clean), wanted, atol=1e-9)
     nothing = np.zeros((1, 9))
-    assert fitted_increment_share(nothing, nothing, nothing == 0.0) == 0.5
+    assert fit_parent_share_of_twist(nothing, nothing, nothing == 0.0) == 0.5
 
 
 def plain_sigma(values, clean, window):
@@ -109,10 +112,12 @@ def test_scales_are_those_of_clean_positions_or_of_the_span_before(fps, bad_shar
     bad = rng.random(x.shape) < np.array([[bad_share], [0.5 * bad_share], [0.0]])
     if bad_share == 0.3:
         bad[0] = True
-    every = span_grids(fps, 400)[:7]
+    every = overlapping_frame_spans_by_length(fps, 400)[:7]
     levels = np.cumsum(x, axis=1), np.cumsum(y, axis=1)
     before, lacked = None, False
-    for span, found in zip(every, natural_scales(x, y, fps, every, bad), strict=True):
+    for span, found in zip(
+        every, natural_twist_departure_scales(x, y, fps, every, bad), strict=True
+    ):
         dx, dy = (span.departures(v) for v in levels)
         window = max(1, round(max(0.6 * fps, 1.5 * span.length) / span.step))
         for c in range(3):
@@ -161,7 +166,7 @@ def test_increments_that_stand_out_by_themselves(fps):
     y[:, 5::31] -= 0.9 * DEGREE
     x[1, 60:100] *= 5.0
     x[2, rng.random(200) < 0.8] = y[2] = 0.0
-    found = unlikely_increments(x, y, fps)
+    found = unnaturally_large_twist_increments(x, y, fps)
     half = round(0.6 * fps)
     for c in range(3):
         total = x[c] + y[c]
@@ -188,11 +193,14 @@ def test_increments_that_stand_out_by_themselves(fps):
     (30.0, 1, [3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96]), (24.0, 1, [3, 5, 6, 10, 13, 19, 26, 38]),
 ])  # fmt: skip
 def test_spans_fit_a_clip_twice(fps, reach, lengths):
-    found = span_grids(fps, 2 * (lengths[-1] + 2 * reach + 1))
+    found = overlapping_frame_spans_by_length(fps, 2 * (lengths[-1] + 2 * reach + 1))
     assert [s.length for s in found] == lengths
     assert {s.reach for s in found} == {reach}
     assert [s.step for s in found] == [max(1, n // 4) for n in lengths]
-    assert len(span_grids(fps, 2 * (lengths[-1] + 2 * reach + 1) - 1)) == len(lengths) - 1
+    assert (
+        len(overlapping_frame_spans_by_length(fps, 2 * (lengths[-1] + 2 * reach + 1) - 1))
+        == len(lengths) - 1
+    )
     for s in found:
         counted = [f for f in range(0, 900, s.step) if f + s.length + 2 * reach + 1 <= 900]
         assert s.count(900) == len(counted)
@@ -219,7 +227,7 @@ def plain_bridge(level, start, stop, reach):
 def test_a_bridge_at_a_clips_ends_has_the_slopes_that_are_left(start, stop, reach):
     level = np.random.default_rng(4).standard_normal((2, 100)).cumsum(axis=1)
     ranges = np.array([[start, stop]] * 2)
-    found = natural_level_bridges(level, ranges, slice(start, stop), reach)
+    found = natural_accumulated_twist_curves(level, ranges, slice(start, stop), reach)
     for row in range(2):
         np.testing.assert_allclose(found[row], plain_bridge(level[row], start, stop, reach))
 
@@ -270,7 +278,7 @@ def test_an_error_is_taken_out_with_its_images_and_seen_anew(moving, row, start,
     bad = bad_frames(s.rows)
     s.measure(bad)
     natural = [a.natural for a in s.at]
-    assert_measured(s, natural_scales(s.x, s.y, 120.0, s.spans, bad))
+    assert_measured(s, natural_twist_departure_scales(s.x, s.y, 120.0, s.spans, bad))
     offset = np.random.default_rng(row).uniform(-1.0, 1.0, frames)
     k, i = divmod(row, 2)
     wanted = s.joints.copy()
@@ -323,7 +331,7 @@ def test_gains_are_what_probes_say_that_depart_far_enough():
     s.measure(bad_frames(s.rows))
     said = 0
     for k, a in enumerate(s.at):
-        found = natural_motion_costs(s, k, np.array([1, 4]))
+        found = twist_departure_costs_per_span(s, k, np.array([1, 4]))
         for n, row in enumerate((1, 4)):
             for j in range(a.u.shape[-1]):
                 u = a.u[:, row, j]

@@ -12,14 +12,14 @@ from tests.tiers import parametrize
 from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.analysis.decomposition import (
     WhatIf,
-    correct_frame,
     decompose,
-    euler_channels,
-    twist_swing_factors,
-    unwrapped_twist,
+    decompose_into_euler_channels,
+    detect_and_correct_frame,
+    double_cover_twist_angle,
+    twist_times_swing_factors,
 )
 from twistcore.detection.detectors.paper import PaperDetector
-from twistcore.detection.paper import DEFAULT_TAU, running_offset
+from twistcore.detection.paper import DEFAULT_TAU, paper_detector_running_offset
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.rotation import (
@@ -55,10 +55,12 @@ def test_err_and_offset_are_the_papers_in_every_frame(name, tau):
     motion = read_bvh(ASSETS / "walk_injected.bvh").motion
     chain = next(c for c in find_chains(motion) if c.name == name)
     signals = twist_signals(motion, chain)
-    running = running_offset(PaperDetector().analyse(motion, [chain]).signals[name], tau)
+    running = paper_detector_running_offset(
+        PaperDetector().analyse(motion, [chain]).signals[name], tau
+    )
     total, events = 0.0, 0
     for t in range(motion.frames):
-        c = correct_frame(motion, chain, t, WhatIf(), tau=tau, offset_before=total)
+        c = detect_and_correct_frame(motion, chain, t, WhatIf(), tau=tau, offset_before=total)
         p, q = signals.dtheta_p[t], signals.dtheta_c[t]
         m = min(abs(p), abs(q)) if p * q < 0.0 else 0.0
         assert c.err == pytest.approx(np.sign(p) * m if m >= tau else 0.0, abs=1e-12)
@@ -72,7 +74,7 @@ def test_the_product_of_both_rotations_stays(clip, chain):
     for frame in range(0, motion.frames, 25):
         for what_if in (WhatIf(), WhatIf(twist=2.0, counter=True), WhatIf(swing=3.0, bend=0.4)):
             for share in (0.0, 0.3, 1.0):
-                c = correct_frame(
+                c = detect_and_correct_frame(
                     motion, chain, frame, replace(what_if, applied=share), tau=0.02,
                     offset_before=0.7,
                 )  # fmt: skip
@@ -93,7 +95,7 @@ def test_an_interval_s_offset_is_taken_off_as_the_review_does(clip, chain):
     motion, frame = clip.motion, 60
     offsets = {chain.name: np.full(motion.frames, 0.8)}
     whole = remove_twist(motion, [chain], offsets).rotations[frame]
-    c = correct_frame(
+    c = detect_and_correct_frame(
         motion, chain, frame, WhatIf(applied=1.0), tau=0.02, offset_before=5.0, own=0.8
     )
     for mine, theirs in ((c.parent_after, chain.parent), (c.child_after, chain.child)):
@@ -128,7 +130,7 @@ def test_what_is_undefined_is_told(clip, chain):
     after = decompose(clip.motion.with_rotations(rotations), chain, 100)
     assert after.swing_is_one
     assert not after.dtheta_p_is_defined
-    none = correct_frame(
+    none = detect_and_correct_frame(
         clip.motion, chain, 100, WhatIf(bend=0.0, twist=2.0), tau=0.0, offset_before=0.4
     )
     assert (none.err, none.offset) == (0.0, 0.4)
@@ -145,7 +147,7 @@ direction = st.tuples(*(st.floats(-1.0, 1.0) for _ in range(3))).filter(
 @given(unit, direction)
 def test_twist_first_has_the_same_twist_and_another_swing(q, a):
     q, a = normalise(q), normalise(a)
-    twist, after = twist_swing_factors(q, a)
+    twist, after = twist_times_swing_factors(q, a)
     swing, same = swing_twist(q, a)
     assert multiply(twist, after) == pytest.approx(q, abs=1e-12)
     assert twist == pytest.approx(same, abs=1e-12)
@@ -159,10 +161,12 @@ def test_minus_q_is_the_same_pose_a_full_turn_off(q, a):
     q, a = normalise(q), normalise(a)
     same = matrix_from_quaternion(-q)
     assert np.array_equal(matrix_from_quaternion(q), same)
-    apart = abs(unwrapped_twist(q, a) - unwrapped_twist(-q, a))
+    apart = abs(double_cover_twist_angle(q, a) - double_cover_twist_angle(-q, a))
     if np.hypot(q[0], q[1:] @ a) > 1e-9:
         assert apart == pytest.approx(2.0 * np.pi)
-        left = unwrapped_twist(q, a) - unwrapped_twist(-q, a)  # ±180° are one angle
+        left = double_cover_twist_angle(q, a) - double_cover_twist_angle(
+            -q, a
+        )  # ±180° are one angle
         assert wrap(left) == pytest.approx(0.0, abs=1e-9)
 
 
@@ -171,7 +175,7 @@ def test_minus_q_is_the_same_pose_a_full_turn_off(q, a):
 def test_channels_mean_the_pose_and_the_lock_is_where_two_axes_meet(order, middle):
     written = np.radians([33.0, middle, -71.0])
     q = quaternion_from_euler(order, written)
-    found = euler_channels(order, q, written)
+    found = decompose_into_euler_channels(order, q, written)
     assert found.angles == pytest.approx(written, abs=1e-6)
     axes = np.eye(3)["XYZ".index(order[0])], np.eye(3)["XYZ".index(order[2])]
     last = rotate(quaternion_from_euler(order[:2], written[:2]), axes[1])
@@ -186,6 +190,6 @@ def test_channels_of_a_captured_frame_are_the_files(clip, chain):
         for frame in range(0, clip.motion.frames, 40):
             written = np.radians(clip.values[frame, list(layout.rotation)])
             q = clip.motion.rotations[frame, joint]
-            assert euler_channels(layout.order, q, written).angles == pytest.approx(
+            assert decompose_into_euler_channels(layout.order, q, written).angles == pytest.approx(
                 written, abs=1e-7
             )

@@ -6,7 +6,7 @@ import pytest
 from benchmarks.noise_bursts import at_rate
 from benchmarks.quamo_other_rigs import HEIGHT_MM, made_noisy
 from tests.conftest import ASSETS
-from twistcore.analysis.quality.figure import figure_quality
+from twistcore.analysis.quality.figure import measure_body_motion_quality
 from twistcore.analysis.quality.trembling import CAPTURED, TIMES, jitter_if_trembling
 from twistcore.formats.bvh import read_bvh
 
@@ -29,7 +29,7 @@ def test_noise_is_trembling_and_its_size_is_the_figures_jitter(name):
     motion = read_bvh(ASSETS / f"{name}.bvh").motion.sliced(1, 400)
     noisy = made_noisy(motion, "A", 1, name, HEIGHT_MM / motion.skeleton.height)
     jitter = jitter_if_trembling(noisy)
-    assert jitter == pytest.approx(figure_quality(noisy).jitter)
+    assert jitter == pytest.approx(measure_body_motion_quality(noisy).jitter)
     assert jitter > TIMES * CAPTURED
 
 

@@ -49,7 +49,7 @@ from twistcore.tuning.cost_words import (
 from twistcore.tuning.learned_confidence import LearnedConfidence
 from twistcore.tuning.profile import TauReasons
 from twistcore.tuning.tau_curve import LOSS_ALLOWED, SMALLEST_ERROR
-from twistcore.tuning.verdicts_of import verdicts_in
+from twistcore.tuning.verdicts_of import counter_twist_verdicts_of_review
 
 
 def curve(repaired, alarms, noise=(0.01,)):
@@ -392,7 +392,7 @@ def test_the_counts_are_those_of_the_list_and_the_verdicts():
     first, second, *_ = review.state.of_chain("RightUpLeg")
     for judged, decision in ((first, Decision.REJECTED), (second, Decision.ACCEPTED)):
         review.do(Decide((judged.id,), decision, "me", "2026-01-01T00:00:00"))
-    verdicts = verdicts_in(review.state)
+    verdicts = counter_twist_verdicts_of_review(review.state)
     tuning = prepare_clip_tuning(clip.motion, "w", seeds=(), verdicts=verdicts)
     curve = tuning.curve("RightUpLeg")
     for k, tau in enumerate(GRID):

@@ -8,12 +8,12 @@ from tests.conftest import ASSETS
 from tests.tiers import parametrize
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.joint_repairs import JointRepairs
-from twistcore.detection.quantity import quantity_of
+from twistcore.detection.quantity import evidence_curve_of_interval
 from twistcore.detection.turned_ends import (
     APART,
     SMALLEST,
-    edge_jump_rotations,
-    halfway_edge_rotation,
+    jump_rotations_at_interval_borders,
+    mean_of_interval_border_jumps,
 )
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decide, Decision
@@ -105,8 +105,8 @@ def test_equal_turns_have_themselves_in_common():
     turn = exponential(np.radians(120.0) * AXIS)
     before, after = WALK.rotations[[10, 30], FOOT]
     edges = np.array([before, multiply(before, turn), -multiply(after, turn), after])
-    turns = edge_jump_rotations(edges)
-    for one in (*turns, halfway_edge_rotation(turns)):
+    turns = jump_rotations_at_interval_borders(edges)
+    for one in (*turns, mean_of_interval_border_jumps(turns)):
         assert geodesic_angle(one, turn) == pytest.approx(0.0, abs=1e-6)
 
 
@@ -121,7 +121,7 @@ def test_at_an_end_of_the_clip_nothing_is_changed():
 def test_the_curve_exceeds_its_limit_in_the_interval():
     motion = flipped()
     (found,) = turned_ends(motion)
-    curve = quantity_of(analyse(motion).search("consistency"), found)
+    curve = evidence_curve_of_interval(analyse(motion).search("consistency"), found)
     over = curve.values > curve.limit
     assert over[START:STOP].all()
     assert not over[START - 5 : START].any()

@@ -7,10 +7,10 @@ import pytest
 
 from twistcore.analysis.correction.twist_removal import (
     automatic_corrections,
-    carried_offsets_by_chain,
     children_off_axis,
     joints_lacking_channels,
     offsets_by_chain,
+    offsets_carried_to_child,
     refine,
     remove_twist,
 )
@@ -72,7 +72,7 @@ def test_offsets_of_a_chain_add_up_to_the_shorter_way_round():
     np.testing.assert_allclose(sums["A"], [0, 2, 2, 4 - 2 * np.pi, 2, 2, 0])
     np.testing.assert_allclose(sums["B"], [0.1, 0.1, 0, 0, 0, 0, 0])
     flip = interval("A", 0, 1, 1.0, carried=True)
-    carried = carried_offsets_by_chain([*found, flip], FRAMES)
+    carried = offsets_carried_to_child([*found, flip], FRAMES)
     assert list(carried) == ["A"]
     np.testing.assert_allclose(carried["A"], [1, 0, 0, 0, 0, 0, 0])
 
@@ -177,7 +177,7 @@ def test_what_cannot_be_turned_stays_and_is_named():
     changed = (after.rotations != motion.rotations).any(axis=(1, 2))
     assert changed.tolist() == [False] * 4 + [True] * 2 + [False]
     offsets = offsets_by_chain([flip, carried], FRAMES)
-    parts = remove_twist(motion, [limb], offsets, carried_offsets_by_chain([carried], FRAMES))
+    parts = remove_twist(motion, [limb], offsets, offsets_carried_to_child([carried], FRAMES))
     np.testing.assert_array_equal(parts.rotations, after.rotations)
     untold = remove_twist(motion, [limb], offsets)
     np.testing.assert_array_equal(untold.rotations, motion.rotations)

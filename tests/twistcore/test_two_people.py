@@ -19,11 +19,11 @@ from twistcore.cli.command_line import main
 from twistcore.detection.soft_errors import soft_intervals
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import parse_bvh
-from twistcore.skeleton.figure import figure_size, guess_up, heading
+from twistcore.skeleton.figure import figure_facing_direction, figure_size, guess_up
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.notes import NOISE, RESTLESS_CLIP, SMOOTHED
 from twistcore.skeleton.rotation import normalise
-from twistcore.synthesis import InjectedError, add_counterpart_twist, inject
+from twistcore.synthesis import InjectedError, add_twist_from_opposite_side, inject
 
 DANCE = Path("assets/dance.bvh")
 
@@ -111,7 +111,7 @@ def test_a_restless_person_leaves_the_other_s_finds_as_they_are(pair, people):
 def test_one_person_alone_has_the_same_finds_where_the_budget_is_spent(pair, monkeypatch):
     clean = pair.motion.sliced(1, pair.motion.frames)
     chains = find_chains(clean)
-    motion = add_counterpart_twist(clean, chains)
+    motion = add_twist_from_opposite_side(clean, chains)
     ramp = np.minimum(1.0, np.minimum(np.arange(1, 31), np.arange(30, 0, -1)) / 9.0)
     errors = [
         InjectedError(chain.name, start, start + 30, 0.7 * ramp)
@@ -182,7 +182,7 @@ def test_up_size_and_heading_are_one_person_s(pair):
         chains = find_chains(clip.motion)
         up = guess_up(positions, chains, clip.motion.skeleton)
         size = figure_size(positions, clip.motion.skeleton)
-        seen.append([size, *up, *heading(positions[100], chains, up)])
+        seen.append([size, *up, *figure_facing_direction(positions[100], chains, up)])
     np.testing.assert_allclose(seen[1], seen[0], rtol=1e-9, atol=1e-9)
 
 

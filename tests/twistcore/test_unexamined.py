@@ -15,12 +15,12 @@ from tests.twistcore.batch_records import done
 from tests.twistcore.made_records import record_of
 from tests.twistcore.test_cli import run
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.analysis.examination import joints_outside_chains, unexamined_frames
+from twistcore.analysis.examination import unexamined_frames, unexamined_joints_by_body_part
 from twistcore.batch.clip_survey import survey_clip, survey_folder
 from twistcore.batch.gates import broken_rules, parse_batch_rule
 from twistcore.batch.junit import junit_xml
 from twistcore.batch.manifest import Manifest
-from twistcore.batch.result_files import clip_row
+from twistcore.batch.result_files import clip_result_row
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.bvh.compose import write_motion
 from twistcore.report.folder_page import clip_page_from_manifest
@@ -166,7 +166,7 @@ def test_what_is_found_in_a_short_clip_was_examined(tmp_path, capsys):
 
 def test_joints_outside_chains_are_listed_by_part(clips, capsys):
     analysis = analyse(WALK)
-    outside = joints_outside_chains(analysis.body, analysis.chains_and_limbs)
+    outside = unexamined_joints_by_body_part(analysis.body, analysis.chains_and_limbs)
     assert outside["root"] == ("Hips",)
     assert set(outside["trunk"]) == {*LEGS, "LowerBack", "Spine", "Spine1"}
     assert outside["below the feet"] == ("LeftToeBase", "RightToeBase")
@@ -191,7 +191,7 @@ def test_a_trunk_found_by_shape_hides_no_limb():
 def test_a_limb_is_named_with_its_person():
     limb = Unexamined("left arm", "no hand", "Left", "arm", "B")
     assert names_in_one_line(str(limb), "left arm", " B ", "no hand")
-    row = clip_row(done("a.bvh", result={"unexamined": [limb.to_json()]}))
+    row = clip_result_row(done("a.bvh", result={"unexamined": [limb.to_json()]}))
     assert row["unexamined"] == 1
     assert names_in_one_line(row["reason"], "left arm", " B ", "no hand")
 

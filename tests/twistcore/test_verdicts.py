@@ -13,12 +13,12 @@ from twistcore.tuning.common_tau import common_tau
 from twistcore.tuning.learned_confidence import (
     ConfidenceVerdicts,
     LearnedConfidence,
-    fit_confidence,
-    held_out_confidence,
-    reliability,
+    confidence_reliability_by_bin,
+    cross_validated_confidence,
+    fit_confidence_to_verdicts,
 )
 from twistcore.tuning.learned_profile import learned_profile
-from twistcore.tuning.verdict_curve import verdict_curve, wilson_bounds
+from twistcore.tuning.verdict_curve import tau_curve_from_verdicts, wilson_bounds
 from twistcore.tuning.verdicts_of import (
     JudgedClip,
     Verdict,
@@ -50,7 +50,7 @@ def folder(errors, natural, clips=20, chain="LeftArm", reviewed=0.5):
 
 
 def test_precision_and_recall_are_counts_of_what_is_found():
-    curve = verdict_curve(folder([1.0, 4.0, 9.0, 9.0], [2.0, 9.0]))
+    curve = tau_curve_from_verdicts(folder([1.0, 4.0, 9.0, 9.0], [2.0, 9.0]))
     assert curve.counts == (4, 2)
     at = [curve.at(math.radians(t)) for t in (0.6, 3.0, 6.0, 20.0)]
     np.testing.assert_allclose(curve.recall[at], [1.0, 0.75, 0.5, 0.0])
@@ -84,11 +84,11 @@ def test_the_interval_of_recall_holds_the_truth_as_often_as_it_says():
 def test_tau_goes_above_what_is_rejected_and_stays_below_what_is_accepted():
     rng = np.random.default_rng(1)
     clips = folder(rng.uniform(9, 90, 60), rng.uniform(1, 6, 60))
-    suggestion = verdict_curve(clips).suggested()
+    suggestion = tau_curve_from_verdicts(clips).suggested()
     assert 6.0 <= math.degrees(suggestion.tau) <= 9.5
     assert suggestion.low <= suggestion.tau <= suggestion.high
     # Where nothing is rejected there is no reason to go above the smallest errors looked for.
-    calm = verdict_curve(folder(rng.uniform(9, 90, 60), []))
+    calm = tau_curve_from_verdicts(folder(rng.uniform(9, 90, 60), []))
     assert math.degrees(calm.suggested().tau) == pytest.approx(2.0, abs=0.2)
     assert math.degrees(calm.suggested(smallest=math.radians(5)).tau) == pytest.approx(5, abs=0.5)
 
@@ -96,32 +96,32 @@ def test_tau_goes_above_what_is_rejected_and_stays_below_what_is_accepted():
 def test_an_alarm_costs_what_a_person_says_it_does():
     # 10 of 40 errors lie among 60 rejected intervals in 20 clips, three alarms a clip.
     clips = folder([3.0] * 10 + [30.0] * 30, [4.0] * 60)
-    curve = verdict_curve(clips)
+    curve = tau_curve_from_verdicts(clips)
     assert math.degrees(curve.suggested(price=0.05).tau) < 4.0  # 25 points of recall against 15
     assert math.degrees(curve.suggested(price=0.2).tau) > 4.0  # against 60
 
 
 def test_below_the_tau_that_was_reviewed_at_nothing_is_suggested():
     clips = folder([1.2] * 5 + [30.0] * 20, [4.5] * 60, reviewed=4.0)
-    assert math.degrees(verdict_curve(clips).suggested().tau) >= 4.5
+    assert math.degrees(tau_curve_from_verdicts(clips).suggested().tau) >= 4.5
 
 
 def test_a_suggestion_does_not_go_beyond_what_was_judged():
     """Eleven large errors, judged first of many: they do not say that small ones do not matter."""
-    curve = verdict_curve(folder([40.0 + k for k in range(11)], [], reviewed=30.0))
+    curve = tau_curve_from_verdicts(folder([40.0 + k for k in range(11)], [], reviewed=30.0))
     assert curve.enough
     assert curve.suggested() is None
     assert numbers(curve.one_sided_sentence) == pytest.approx([30.0, 40.0], abs=1.0)
     shared = common_tau(folder([40.0 + k for k in range(11)], [], reviewed=30.0))
     assert shared.common is None
     # Rejected intervals below the errors do.
-    justified = verdict_curve(folder([40.0] * 20, [32.0] * 60, reviewed=30.0)).suggested()
+    justified = tau_curve_from_verdicts(folder([40.0] * 20, [32.0] * 60, reviewed=30.0)).suggested()
     assert 32.0 <= math.degrees(justified.tau) <= 40.0
 
 
 def test_a_suggestion_names_the_smallest_error_and_all_that_costs_the_same():
     clips = folder(np.linspace(40.0, 60.0, 20), [5.0] * 20, reviewed=1.5)
-    suggestion = verdict_curve(clips).suggested(price=1.0)
+    suggestion = tau_curve_from_verdicts(clips).suggested(price=1.0)
     assert math.degrees(suggestion.least) == pytest.approx(40.0)
     assert math.degrees(suggestion.low) == pytest.approx(5.0, rel=0.12)
     assert math.degrees(suggestion.high) == pytest.approx(40.0, rel=0.12)
@@ -130,12 +130,12 @@ def test_a_suggestion_names_the_smallest_error_and_all_that_costs_the_same():
 
 
 def test_few_errors_suggest_nothing_and_more_verdicts_make_it_surer():
-    assert verdict_curve(folder([30.0] * 9, [3.0] * 30)).suggested() is None
+    assert tau_curve_from_verdicts(folder([30.0] * 9, [3.0] * 30)).suggested() is None
     rng = np.random.default_rng(2)
 
     def width(n):
         errors, natural = rng.lognormal(2.3, 0.8, n), rng.lognormal(0.9, 0.6, n)
-        s = verdict_curve(folder(errors, natural, clips=n // 4)).suggested(price=0.3)
+        s = tau_curve_from_verdicts(folder(errors, natural, clips=n // 4)).suggested(price=0.3)
         return s.high / s.low
 
     assert np.mean([width(400) for _ in range(6)]) < np.mean([width(40) for _ in range(6)])
@@ -143,7 +143,7 @@ def test_few_errors_suggest_nothing_and_more_verdicts_make_it_surer():
 
 def test_a_suggestion_is_the_same_each_time():
     rng = np.random.default_rng(5)
-    curve = verdict_curve(folder(rng.uniform(2, 30, 40), rng.uniform(1, 6, 40)))
+    curve = tau_curve_from_verdicts(folder(rng.uniform(2, 30, 40), rng.uniform(1, 6, 40)))
     first, again, other = curve.suggested(), curve.suggested(), curve.suggested(seed=9)
     assert vars(first) == vars(again)
     assert other.tau == first.tau
@@ -216,7 +216,7 @@ def test_a_chain_set_apart_has_no_share_in_the_common_ones_minutes():
     noisy = folder(rng.uniform(20, 60, 40), rng.uniform(6, 15, 60), chain="X")
     shared = common_tau(together(*plain, noisy), price=0.09)
     assert [c.chain for c in shared.chains if c.apart] == ["X"]
-    assert shared.common.tau == verdict_curve(together(*plain)).suggested(price=0.09).tau
+    assert shared.common.tau == tau_curve_from_verdicts(together(*plain)).suggested(price=0.09).tau
 
 
 # --- confidence --------------------------------------------------------------------------------
@@ -233,8 +233,10 @@ def listed(n, rng, truth, clips=20):
 def test_of_nothing_the_builtin_map_is_kept_and_few_verdicts_move_it_little():
     c = np.array([0.1, 0.5, 0.9, 0.99])
     none = ConfidenceVerdicts(np.zeros(0), np.zeros(0, bool), np.zeros(0))
-    np.testing.assert_allclose(fit_confidence(none).of(c), c)
-    one = fit_confidence(ConfidenceVerdicts(np.array([0.9]), np.array([False]), np.zeros(1)))
+    np.testing.assert_allclose(fit_confidence_to_verdicts(none).of(c), c)
+    one = fit_confidence_to_verdicts(
+        ConfidenceVerdicts(np.array([0.9]), np.array([False]), np.zeros(1))
+    )
     assert np.abs(one.of(c) - c).max() < 0.5
     assert LearnedConfidence()(None) is None
 
@@ -242,12 +244,12 @@ def test_of_nothing_the_builtin_map_is_kept_and_few_verdicts_move_it_little():
 def test_the_map_is_found_again_and_keeps_the_order():
     truth = LearnedConfidence(-1.0, 0.7)
     given = listed(20_000, np.random.default_rng(0), truth.of)
-    found = fit_confidence(given)
+    found = fit_confidence_to_verdicts(given)
     assert (found.shift, found.scale) == pytest.approx((-1.0, 0.7), abs=0.08)
     assert found.accepted + found.rejected == 20_000
     assert (np.diff(found.of(np.linspace(0.01, 0.99, 50))) > 0).all()
     # A detector that knows nothing is not turned round, whatever a person says.
-    against = fit_confidence(
+    against = fit_confidence_to_verdicts(
         ConfidenceVerdicts(given.confidence, given.confidence < 0.9, given.clip)
     )
     assert against.scale > 0
@@ -256,14 +258,18 @@ def test_the_map_is_found_again_and_keeps_the_order():
 def test_held_out_confidences_see_nothing_of_their_clip():
     rng = np.random.default_rng(0)
     given = listed(400, rng, lambda c: 0.8 * c)
-    before = reliability(given.confidence, given.accepted)
-    after = reliability(held_out_confidence(given), given.accepted)
+    before = confidence_reliability_by_bin(given.confidence, given.accepted)
+    after = confidence_reliability_by_bin(cross_validated_confidence(given), given.accepted)
     assert after.error < 0.5 * before.error
     # The verdicts of one clip turned round: its own confidences are as before.
     odd = given.clip == 7
     other = ConfidenceVerdicts(given.confidence, given.accepted ^ odd, given.clip)
-    np.testing.assert_array_equal(held_out_confidence(other)[odd], held_out_confidence(given)[odd])
-    assert (held_out_confidence(other)[~odd] != held_out_confidence(given)[~odd]).any()
+    np.testing.assert_array_equal(
+        cross_validated_confidence(other)[odd], cross_validated_confidence(given)[odd]
+    )
+    assert (
+        cross_validated_confidence(other)[~odd] != cross_validated_confidence(given)[~odd]
+    ).any()
 
 
 def test_it_is_said_what_was_held_out():
@@ -281,17 +287,17 @@ def test_what_is_needed_for_a_tau_is_what_is_asked():
     large = folder([30.0] * 12, [], clips=4, chain="L")
     few = folder([], [3.0, 3.0, 3.0], clips=4, chain="X")
     both = together(large, few)
-    own = verdict_curve(both, "X")
+    own = tau_curve_from_verdicts(both, "X")
     assert own.needed == (0, 2)  # the errors of others will do, three verdicts will not
     assert not own.enough
-    assert verdict_curve(folder([30.0] * 4, [3.0] * 9)).needed == (6, 0)
+    assert tau_curve_from_verdicts(folder([30.0] * 4, [3.0] * 9)).needed == (6, 0)
     more = together(large, folder([], [3.0] * 5, clips=4, chain="X"))
-    assert verdict_curve(more, "X").enough
+    assert tau_curve_from_verdicts(more, "X").enough
 
 
 def test_reliability_counts_bins():
     p = np.array([0.05, 0.95, 0.95, 0.95, 1.0])
-    got = reliability(p, np.array([False, True, True, False, True]))
+    got = confidence_reliability_by_bin(p, np.array([False, True, True, False, True]))
     assert [b.count for b in got.bins] == [1, 4]
     assert got.bins[1].was == pytest.approx(0.75)
     assert got.bins[1].low < 0.75 < got.bins[1].high

@@ -16,8 +16,8 @@ from twistcore.analysis.clip_analysis import Detection, analyse, detect
 from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.analysis.why_not import (
     Why,
-    unexplained_peaks,
-    why_no_interval_edge,
+    peaks_above_tau_outside_intervals,
+    why_frame_bounds_no_interval,
     why_peaks_lack_interval,
 )
 from twistcore.cli import main
@@ -28,7 +28,7 @@ from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
-from twistcore.synthesis import add_counterpart_twist
+from twistcore.synthesis import add_twist_from_opposite_side
 
 CLIPS = sorted(path.stem for path in ASSETS.glob("*.bvh"))
 WALK = read_bvh(ASSETS / "walk.bvh").motion
@@ -80,7 +80,7 @@ def test_every_peak_past_tau_has_a_reason_that_the_curve_bears_out(clip, method,
     for name in found.tau:
         reasons, lines = wrong(found, name)
         assert lines == []
-        assert [r.frame for r in reasons] == unexplained_peaks(found, name)
+        assert [r.frame for r in reasons] == peaks_above_tau_outside_intervals(found, name)
 
 
 @parametrize("method", ["consistency", "paper"])
@@ -89,7 +89,7 @@ def test_at_any_frame_there_is_a_reason(clip, method):
     found = detect(read_bvh(ASSETS / f"{clip}.bvh"), method=method)
     for name in list(found.tau)[-4:]:  # chains of a leg, and the limbs
         for frame in range(0, found.analysis.motion.frames):
-            assert not list(contradictions(found, why_no_interval_edge(found, name, frame)))
+            assert not list(contradictions(found, why_frame_bounds_no_interval(found, name, frame)))
 
 
 def test_motion_and_jumps_that_do_not_pair_in_a_shaken_clip():
@@ -128,8 +128,10 @@ def test_a_lone_jump_is_named_in_its_own_chain_and_beside():
     found = detect(turned(WALK, arm.parent, arm.axis, 100.0, 200))
     (jump,) = [i for i in found if i.kind == Kind.LONE_JUMP]
     assert (jump.chain, jump.start, jump.joint) == (ARM, 200, ARM)
-    assert names_in_one_line(why_no_interval_edge(found, ARM, 200).text, "200 of LeftArm (+")
-    shoulder = why_no_interval_edge(found, "LeftShoulder", 200)  # LeftArm is its child
+    assert names_in_one_line(
+        why_frame_bounds_no_interval(found, ARM, 200).text, "200 of LeftArm (+"
+    )
+    shoulder = why_frame_bounds_no_interval(found, "LeftShoulder", 200)  # LeftArm is its child
     assert shoulder.why == Why.IMAGE
     assert names_in_one_line(shoulder.text, "LeftArm", "frame 200 (+")
 
@@ -143,7 +145,7 @@ def test_the_clips_first_frame_may_be_called_1():
 
 def test_a_neighbours_error_is_named():
     found = detect(twisted(WALK, "LeftForeArm", 60.0, 150, 170), kinds={Kind.COUNTER_TWIST})
-    reason = why_no_interval_edge(found, ARM, 150)  # the forearm is the upper arm's child
+    reason = why_frame_bounds_no_interval(found, ARM, 150)  # the forearm is the upper arm's child
     assert reason.why == Why.IMAGE
     assert reason.strength < reason.tau
     assert names_in_one_line(reason.text, "LeftForeArm ", "frames 150–170")
@@ -164,15 +166,17 @@ def test_inside_and_at_the_edges_of_an_interval():
     (interval,) = [i for i in found if i.chain == ARM]
     assert (interval.start, interval.stop) == (150, 170)
     for frame in (150, 160):
-        reason = why_no_interval_edge(found, ARM, frame)
+        reason = why_frame_bounds_no_interval(found, ARM, frame)
         assert reason.why == Why.INTERVAL
         assert names_in_one_line(reason.text, f" {frame} ", "150–170 (+60.0°)")
-    reason = why_no_interval_edge(found, ARM, 170)
+    reason = why_frame_bounds_no_interval(found, ARM, 170)
     assert reason.why == Why.INTERVAL
     assert "frames 150–170 (+60.0°)" in reason.text
-    assert "above τ" in why_no_interval_edge(found, ARM, 170).text
-    assert "below τ" in why_no_interval_edge(found, ARM, 160).text
-    assert unexplained_peaks(found, ARM) == unexplained_peaks(detect(WALK), ARM)
+    assert "above τ" in why_frame_bounds_no_interval(found, ARM, 170).text
+    assert "below τ" in why_frame_bounds_no_interval(found, ARM, 160).text
+    assert peaks_above_tau_outside_intervals(found, ARM) == peaks_above_tau_outside_intervals(
+        detect(WALK), ARM
+    )
 
 
 def test_what_the_review_has_elsewhere():
@@ -187,7 +191,7 @@ def test_what_the_review_has_elsewhere():
 
 def test_cuts_and_what_is_too_short_between_them():
     rng = np.random.default_rng(3)
-    q = add_counterpart_twist(
+    q = add_twist_from_opposite_side(
         WALK, find_chains(WALK)
     ).rotations.copy()  # a silent joint would tell all the same
     for start in (150, 158):
@@ -201,7 +205,7 @@ def test_cuts_and_what_is_too_short_between_them():
     found = detect(motion, kinds={Kind.COUNTER_TWIST})
     assert arm.name in found.tau
     for frame in (0, 150, 158):
-        reason = why_no_interval_edge(found, ARM, frame)
+        reason = why_frame_bounds_no_interval(found, ARM, frame)
         assert reason.why == Why.CUT
         assert reason.strength == 0.0
     for frame in (153, 155):
@@ -215,7 +219,7 @@ def test_a_jump_that_nothing_takes_back():
     (interval,) = [i for i in found if i.chain == ARM]  # open: clear enough alone
     bare = Detection(found.analysis, found.method, found.tau, ())
     assert interval.open
-    assert why_no_interval_edge(bare, ARM, 170).why == Why.MOVED
+    assert why_frame_bounds_no_interval(bare, ARM, 170).why == Why.MOVED
     # In noise it is not that clear.
     noisy = detect(shaken(twisted(WALK, ARM, 14.0, 150), 1.0), tau_degrees=3.0)
     reason = only_one(noisy, ARM, 150)
@@ -227,7 +231,7 @@ def test_a_jump_that_nothing_takes_back():
 
 def test_below_tau_the_sizes_are_told_apart():
     found = detect(twisted(WALK, ARM, 2.0, 150, 170), tau_degrees=2.001, kinds={Kind.COUNTER_TWIST})
-    reason = why_no_interval_edge(found, ARM, 150)
+    reason = why_frame_bounds_no_interval(found, ARM, 150)
     assert reason.why == Why.BELOW
     size, frame, tau = numbers(reason.text)[:3]
     assert frame == 150
@@ -243,12 +247,12 @@ def test_limbs_say_what_a_jump_costs():
     motion = [r for r in peak_reasons if r.why == Why.MOTION]
     assert motion
     assert all(r.numbers["cost_flip"] >= r.numbers["spares"] for r in motion)
-    assert why_no_interval_edge(found, limb, 0).why == Why.CUT
+    assert why_frame_bounds_no_interval(found, limb, 0).why == Why.CUT
 
 
 def test_a_name_that_there_is_not():
     with pytest.raises(TwistError):
-        why_no_interval_edge(detect(WALK), "Tail", 3)
+        why_frame_bounds_no_interval(detect(WALK), "Tail", 3)
 
 
 def test_explain_says_the_reasons(capsys):
@@ -288,8 +292,8 @@ def test_what_all_the_evidence_takes_for_motion_is_no_find_and_the_answer_says_s
     (taken,) = without.analysis.by().taken_for_motion(ARM, without.tau[ARM])
     assert (taken.start, taken.stop) == (found.start, found.stop)
     for frame in (150, 170):
-        reason = why_no_interval_edge(without, ARM, frame)
+        reason = why_frame_bounds_no_interval(without, ARM, frame)
         assert reason.why == Why.MOTION
         assert (reason.numbers["start"], reason.numbers["stop"]) == (150, 170)
         assert "often" in reason.text
-    assert why_no_interval_edge(without, ARM, 300).why != Why.MOTION
+    assert why_frame_bounds_no_interval(without, ARM, 300).why != Why.MOTION

@@ -13,12 +13,12 @@ from tests.twistcore import amc_files
 from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.cli import main
 from twistcore.errors import AmcError, BvhError
-from twistcore.export.exported_clips import find_exported_clips
+from twistcore.export.exported_clips import find_exports_and_their_sources
 from twistcore.files.kinds import BVH, detect_file_kind
 from twistcore.files.wide_text import decode_utf16_or_utf32, utf16_or_utf32_codec
 from twistcore.formats.amc import read_amc
 from twistcore.formats.bvh import decimated, parse_bvh, read_bvh
-from twistcore.formats.clip import patch_clip
+from twistcore.formats.clip import create_file_patch_for_motion
 from twistcore.skeleton.chain import find_chains
 
 MARKS = {
@@ -66,10 +66,12 @@ def test_it_means_the_same_and_only_what_is_corrected_is_other(codec, marked):
     assert clip.data == data
     [warning] = clip.warnings
     assert names_in_one_line(str(warning), codec[:6].upper(), "UTF-8")
-    assert patch_clip(clip, clip.motion).data == data
-    written = patch_clip(clip, turned(clip)).data
+    assert create_file_patch_for_motion(clip, clip.motion).data == data
+    written = create_file_patch_for_motion(clip, turned(clip)).data
     assert written != data
-    assert written == encoded(patch_clip(plain, turned(plain)).data, codec, marked)
+    assert written == encoded(
+        create_file_patch_for_motion(plain, turned(plain)).data, codec, marked
+    )
 
 
 @CODECS
@@ -90,8 +92,8 @@ def test_a_part_of_a_character_at_the_end_is_kept(codec):
     data = encoded(walk(), codec, True) + b"\n"
     clip = parse_bvh(data)
     assert clip.frames == 40
-    assert patch_clip(clip, clip.motion).data == data
-    assert patch_clip(clip, turned(clip)).data.endswith(b"\n")
+    assert create_file_patch_for_motion(clip, clip.motion).data == data
+    assert create_file_patch_for_motion(clip, turned(clip)).data.endswith(b"\n")
 
 
 @given(
@@ -151,8 +153,8 @@ def test_an_export_is_told_from_a_clip_by_what_is_before_its_motion(codec, tmp_p
     source, export = tmp_path / "walk.bvh", tmp_path / "walk_refined.bvh"
     source.write_bytes(encoded(walk(), codec, True))
     clip = read_bvh(source)
-    export.write_bytes(patch_clip(clip, turned(clip)).data)
-    assert find_exported_clips([source, export]) == {export: source.name}
+    export.write_bytes(create_file_patch_for_motion(clip, turned(clip)).data)
+    assert find_exports_and_their_sources([source, export]) == {export: source.name}
 
 
 @CODECS

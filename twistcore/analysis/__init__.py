@@ -1,1 +1,1 @@
-"""Analyse one clip: detection, correction, quality, and decomposition of rotations."""
+"""Analyse one clip: detect and correct errors, measure quality and severity, explain results."""

@@ -34,15 +34,19 @@ from twistcore.detection.capture_faults import (
 from twistcore.detection.carried_rolls import (
     CarriedRolls,
     CarriedRollTest,
-    analyse_carried_rolls,
+    analyse_rolls_carried_to_child,
 )
-from twistcore.detection.constant_offsets import constant_offsets, offsets_from
+from twistcore.detection.constant_offsets import constant_offsets, constant_offsets_from_other_take
 from twistcore.detection.cuts import ignored_frames_notes
 from twistcore.detection.finding import KindSearch, intervals_of_kind
-from twistcore.detection.helper_rolls import HelperAnalysis, analyse_helpers
+from twistcore.detection.helper_rolls import HelperAnalysis, analyse_helper_rolls
 from twistcore.detection.limb_flips import LimbFlipAnalysis, analyse_limbs
-from twistcore.detection.noise_bursts import NoiseBurst, burst_sentences, noise_bursts
-from twistcore.detection.smoothed_spans import SmoothedSpan, smoothed_sentences, smoothed_spans
+from twistcore.detection.noise_bursts import NoiseBurst, detected_noise_burst_notes, noise_bursts
+from twistcore.detection.smoothed_spans import (
+    SmoothedSpan,
+    detected_smoothed_span_notes,
+    smoothed_spans,
+)
 from twistcore.detection.soft_errors import unsearched_frames_sentences
 from twistcore.errors import TwistError
 from twistcore.formats.clip import Clip
@@ -52,7 +56,7 @@ from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.motion import HasMotion, Motion, forward_kinematics, motion_of
-from twistcore.skeleton.notation import DistinctFrames, rounding_and_key_notes
+from twistcore.skeleton.notation import DistinctFrames, notes_on_coarse_motion_notation
 from twistcore.skeleton.notes import (
     CONSTANT_OFFSET,
     FROZEN,
@@ -269,7 +273,7 @@ class ClipAnalysis:
             notes += (Note(CONSTANT_OFFSET, str(offset)) for offset in offsets)
             notes += self._fault_notes()
         borders = (Note("border", text) for text in ignored_frames_notes(self.motion))
-        return (*notes, *rounding_and_key_notes(self.motion), *borders)
+        return (*notes, *notes_on_coarse_motion_notation(self.motion), *borders)
 
     def compared_with(
         self, reference: Clip | Motion | HasMotion, name: str = ""
@@ -289,7 +293,9 @@ class ClipAnalysis:
             If the skeletons differ.
         """
         name = name or (reference.name if isinstance(reference, Clip) else "the reference")
-        offsets = offsets_from(self.motion, self._of_limbs, motion_of(reference), name)
+        offsets = constant_offsets_from_other_take(
+            self.motion, self._of_limbs, motion_of(reference), name
+        )
         if self.not_examined:
             return ()
         return tuple(Note(CONSTANT_OFFSET, str(offset)) for offset in offsets)
@@ -381,11 +387,13 @@ class ClipAnalysis:
         limbs = [c for c in every if not isinstance(c, Helper | Limb)]
         outside = self._of_people(bursts_outside_chains(limbs, self.bursts))
         names = self.motion.skeleton.names
-        yield from (Note(NOISE, text) for text in burst_sentences(bursts, outside, names))
+        yield from (
+            Note(NOISE, text) for text in detected_noise_burst_notes(bursts, outside, names)
+        )
         if said := frozen_spans_sentence(frozen):
             yield Note(FROZEN, said)
         smoothed = self._of_people(smoothed_spans(self.motion))
-        yield from (Note(SMOOTHED, text) for text in smoothed_sentences(smoothed, names))
+        yield from (Note(SMOOTHED, text) for text in detected_smoothed_span_notes(smoothed, names))
 
     def _of_people(self, faults: Iterable[SomeFault]) -> list[SomeFault]:
         """Return the faults, excluding those at joints of people who were not chosen."""
@@ -414,7 +422,7 @@ class ClipAnalysis:
         with self._making:
             if self._helpers is None:
                 helpers = [c for c in self.chains if isinstance(c, Helper)]
-                self._helpers = analyse_helpers(self.motion, helpers)
+                self._helpers = analyse_helper_rolls(self.motion, helpers)
             return self._helpers
 
     @property
@@ -470,7 +478,7 @@ class ClipAnalysis:
             elif twists := [i for i in self._sure_by(method) if not self.carried_along(i)]:
                 motion = refine(motion, chains, twists)
             reuse = motion is not self.motion
-            self._carried[method] = analyse_carried_rolls(motion, chains, reuse=reuse)
+            self._carried[method] = analyse_rolls_carried_to_child(motion, chains, reuse=reuse)
         return self._carried[method]
 
     def jumps(self, method: str = DEFAULT_METHOD) -> Mapping[str, tuple[Interval, ...]]:

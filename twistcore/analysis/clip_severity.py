@@ -74,7 +74,7 @@ def _shows(interval: Interval, chain: Chain) -> float:
     return _SHOWS.get(chain.segment, _ELSEWHERE)
 
 
-def percent_affected(affected: int, frames: int) -> float:
+def percent_of_frames_with_error(affected: int, frames: int) -> float:
     """Return the percentage of frames with an error, or 0 for a clip without frames.
 
     `affected` is the number of frames with an error.

@@ -184,7 +184,7 @@ def _overlapping(
         last[here.chain] = k
 
 
-def drop_weaker_alternatives(
+def drop_weaker_correction_alternatives(
     intervals: Sequence[Interval],
     chains: Iterable[Chain],
     skeleton: Skeleton,

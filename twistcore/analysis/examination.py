@@ -89,7 +89,9 @@ def unexamined_limbs(body: Body, chains: Sequence[Chain]) -> tuple[Unexamined, .
     return tuple(u for u in body.missing if (u.person, u.side, u.kind) not in covered)
 
 
-def joints_outside_chains(body: Body, chains: Sequence[Chain]) -> Mapping[str, tuple[str, ...]]:
+def unexamined_joints_by_body_part(
+    body: Body, chains: Sequence[Chain]
+) -> Mapping[str, tuple[str, ...]]:
     """Return the names of the joints that no chain examines, keyed by body part.
 
     The parts are the root, the trunk (all joints above a limb), the joints below the hands or the

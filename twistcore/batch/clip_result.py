@@ -12,18 +12,18 @@ import numpy as np
 
 from twistcore.analysis.clip_analysis import ALL_KINDS, Detection, analyse
 from twistcore.analysis.clip_severity import measure_clip_severity
-from twistcore.analysis.quality.figure import figure_quality
+from twistcore.analysis.quality.figure import measure_body_motion_quality
 from twistcore.batch.parameters import Parameters
 from twistcore.detection import Kind
 from twistcore.export.detection_json import detection_tau_degrees, intervals_to_json
 from twistcore.formats.bvh import parse_bvh
-from twistcore.formats.clip import Clip, patch_clip
+from twistcore.formats.clip import Clip, create_file_patch_for_motion
 from twistcore.formats.reading import read_clip
 from twistcore.skeleton.chain import chain_warnings
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.own_words import add_user_joint_words
 from twistcore.skeleton.rig import AS_FOUND, rig_from_json
-from twistcore.skeleton.rotation import largest_and_rms
+from twistcore.skeleton.rotation import largest_and_rms_angle_degrees
 
 SCHEMA = "twistcore.batch_clip/1"
 
@@ -51,7 +51,7 @@ def process_clip(path: Path, parameters: Parameters) -> tuple[Clip, dict[str, An
     if not parameters.refine:
         return clip, document, None
     refined, applied, left = _refined(clip, found, parameters)
-    corrected = patch_clip(clip, refined).data
+    corrected = create_file_patch_for_motion(clip, refined).data
     document["warnings"] += left
     document["applied"], document["uncorrected"] = applied, left
     document["left"] = document["intervals"]
@@ -82,9 +82,9 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
         if interval.repairable:
             wrong[interval.start : interval.stop] = True
             offsets.append(interval.offset)
-    largest, rms = largest_and_rms(np.concatenate(offsets))
+    largest, rms = largest_and_rms_angle_degrees(np.concatenate(offsets))
     counts = Counter(interval.kind for interval in found)
-    quality = figure_quality(motion)
+    quality = measure_body_motion_quality(motion)
     return {
         "schema": SCHEMA,
         "sha256": clip.sha256,

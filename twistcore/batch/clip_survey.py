@@ -10,13 +10,16 @@ from pathlib import Path
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.clip_severity import measure_clip_severity
 from twistcore.detection import DEFAULT_METHOD
-from twistcore.export.exported_clips import without_exports
+from twistcore.export.exported_clips import exclude_previously_exported_clips
 from twistcore.formats.clip_files import clip_paths_in_folder
 from twistcore.formats.reading import read_clip
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rig import AS_FOUND, Rig
 from twistcore.tuning import Profile
-from twistcore.tuning.stated_precision import AutomaticCorrection, corrections_with_confidence
+from twistcore.tuning.stated_precision import (
+    AutomaticCorrection,
+    automatic_corrections_with_confidence,
+)
 from twistcore.work.processes import describe_failure, map_in_processes
 from twistcore.work.progress import Tell
 
@@ -103,7 +106,7 @@ def survey_clip(
         unchecked=found.not_examined,
         missing_frames=missing,
         unexamined=len(analysis.unexamined),
-        automatic=corrections_with_confidence(found),
+        automatic=automatic_corrections_with_confidence(found),
     )
 
 
@@ -147,7 +150,7 @@ def survey_folder(
     >>> worst.path.name, worst.intervals
     ('kick.bvh', 16)
     """
-    paths = without_exports(clip_paths_in_folder(Path(folder)))
+    paths = exclude_previously_exported_clips(clip_paths_in_folder(Path(folder)))
     found = []
     for path, r in map_in_processes(partial(survey_clip, profile=profile), paths, workers):
         found.append(

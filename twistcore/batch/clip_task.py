@@ -70,8 +70,8 @@ class Outcome:
     again
         True if the task may succeed when repeated.
     sha256, bytes, signature
-        Hash, size and signature (:func:`file_signature`) of the file that was read. The signature
-        is '' if it is not reliable.
+        Hash, size and signature (:func:`file_change_signature`) of the file that was read. The
+        signature is '' if it is not reliable.
     seconds, peak_bytes
         Time and memory used for processing.
     corrected
@@ -122,7 +122,7 @@ def run_task(task: ClipTask) -> Outcome:
     return Outcome(**found, seconds=time.perf_counter() - begin, peak_bytes=peak_memory())
 
 
-def file_signature(path: Path | str) -> tuple[str, bool]:
+def file_change_signature(path: Path | str) -> tuple[str, bool]:
     """Return a file's signature, and whether it is reliable.
 
     The signature is a string that contains the file's size, modification time and inode. As long as
@@ -131,7 +131,7 @@ def file_signature(path: Path | str) -> tuple[str, bool]:
     OSError.
     """
     states = [Path(path).stat()]
-    if companion := clip_companion_suffix(path):
+    if companion := companion_file_suffix(path):
         with os.scandir(Path(path).parent) as entries:
             companions = sorted((e.name, e) for e in entries if e.name.lower().endswith(companion))
         for _, entry in companions:
@@ -144,12 +144,12 @@ def file_signature(path: Path | str) -> tuple[str, bool]:
     return " ".join(texts), time.time_ns() - latest > _RACY_NS
 
 
-def has_companions(path: Path | str) -> bool:
+def needs_companion_files(path: Path | str) -> bool:
     """Return True if a clip needs other files, such as the skeleton file of an AMC clip."""
-    return bool(clip_companion_suffix(path))
+    return bool(companion_file_suffix(path))
 
 
-def clip_companion_suffix(path: Path | str) -> str:
+def companion_file_suffix(path: Path | str) -> str:
     """Return the suffix of additional files that a clip needs, such as '.asf', or '' if none."""
     known = known_formats().get(Path(path).suffix.lower())
     return known.companion if known else ""
@@ -159,7 +159,7 @@ def _carried_out(task: ClipTask) -> dict[str, Any]:
     from twistcore.batch.clip_result import process_clip  # numpy, scipy
 
     with _on_this_disk(task) as path:
-        before, settled = file_signature(path)
+        before, settled = file_change_signature(path)
         if not path.is_file():  # opening a FIFO would wait for its writer
             raise TwistError(f"{path}: expected a regular file")
         try:
@@ -172,7 +172,7 @@ def _carried_out(task: ClipTask) -> dict[str, Any]:
             known = {"result": result, "corrected": corrected}
             known |= {} if corrected is None else {"companions": clip.companions}
             known |= {"bytes": len(clip.data), "sha256": clip.sha256}
-        same = file_signature(path)[0] == before
+        same = file_change_signature(path)[0] == before
     if "reason" in known and not same:  # the file was still being written and may now be complete
         known["again"] = True
     if same and settled and str(path) == task.source:
@@ -185,9 +185,9 @@ def _on_this_disk(task: ClipTask) -> Iterator[Path]:
     """Yield the path of a task's clip, or of a temporary copy if the clip is not on this disk."""
     data = task.data
     if data is None and "://" in task.source:
-        from twistcore.files.remote_files import read_remote
+        from twistcore.files.remote_files import read_remote_file
 
-        data = read_remote(task.source)
+        data = read_remote_file(task.source)
     if data is None:
         yield Path(task.source)
         return

@@ -10,10 +10,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from twistcore.batch.clip_task import file_signature
+from twistcore.batch.clip_task import file_change_signature
 from twistcore.batch.manifest import ManifestRow
 from twistcore.errors import TwistError
-from twistcore.files.atomic import write_atomically, write_companions
+from twistcore.files.atomic import write_atomically, write_missing_companion_files
 from twistcore.files.marks import sha256_of
 from twistcore.files.ordinary import check_no_links
 
@@ -63,13 +63,13 @@ def write_corrected(
             raise TwistError(
                 f"{path} was not written by `twistcore batch`; move the file to another folder"
             )
-        write_companions(companions, path.parent)
+        write_missing_companion_files(companions, path.parent)
         write_atomically(path, data)
     return replace(
         row,
         corrected=relative,
         corrected_sha256=mark,
-        corrected_signature=file_signature(path)[0],
+        corrected_signature=file_change_signature(path)[0],
     )
 
 
@@ -81,7 +81,7 @@ def is_corrected_file_unchanged(folder: Path, row: ManifestRow) -> bool:
     """
     path = folder / row.corrected
     try:
-        if file_signature(path)[0] == row.corrected_signature:
+        if file_change_signature(path)[0] == row.corrected_signature:
             return True
         known = bool(row.corrected) and path.is_file()
         return known and sha256_of(path) == row.corrected_sha256

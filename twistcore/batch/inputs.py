@@ -11,7 +11,7 @@ from dataclasses import replace
 from fnmatch import fnmatch
 from pathlib import Path, PurePosixPath
 
-from twistcore.batch.clip_task import file_signature
+from twistcore.batch.clip_task import file_change_signature
 from twistcore.batch.manifest import FILE, is_batch_folder
 from twistcore.errors import TwistError
 from twistcore.export.exported_clips import find_exports_in_folder
@@ -138,7 +138,7 @@ def assign_batch_names(sources: Iterable[Source], names: Mapping[str, str]) -> l
     return kept + list(_with_unique_names(new, taken))
 
 
-def is_clip_name(name: str) -> bool:
+def has_clip_suffix(name: str) -> bool:
     """Return True if a file name has the suffix of a clip, in upper or lower case."""
     return os.path.splitext(name)[1].lower() in CLIP_SUFFIXES  # noqa: PTH122 of a million names
 
@@ -167,11 +167,11 @@ def _lines(text: str) -> Iterator[str]:
 def _of_word(word: str, without: Path | None, files: list[str]) -> Iterator[Source]:
     """Yield the clips of a folder, pattern or URL. Append any other word to the list `files`."""
     if "://" in word:
-        from twistcore.files.remote_files import find_remote
+        from twistcore.files.remote_files import list_remote_files
 
-        for path, name, size in find_remote(word):
+        for path, name, size in list_remote_files(word):
             # Only a download could show whether a pickle has poses, so it must be named explicitly.
-            if path == word or (is_clip_name(name) and not name.lower().endswith(".pkl")):
+            if path == word or (has_clip_suffix(name) and not name.lower().endswith(".pkl")):
                 yield Source(path, name, size)
     elif os.path.isdir(word):  # noqa: PTH112
         yield from _below(Path(os.path.abspath(word)), without)  # noqa: PTH100
@@ -207,7 +207,7 @@ def _below(
                 continue
             if entry.is_dir(follow_symlinks=False):
                 below.append(entry.path)
-            elif is_clip_name(entry.name) and not os.path.isdir(entry.path):  # noqa: PTH112
+            elif has_clip_suffix(entry.name) and not os.path.isdir(entry.path):  # noqa: PTH112
                 name = os.path.relpath(entry.path, root).replace(os.sep, "/")
                 if fits(name) and not _has_other_data(entry.path):
                     yield _source(entry.path, name)
@@ -239,7 +239,7 @@ def _matching(pattern: str, without: Path | None) -> Iterator[Source]:
         elif rest:
             continue
         elif (
-            is_clip_name(found)
+            has_clip_suffix(found)
             and not (without and _is_in(path, without))
             and not _has_other_data(found)
         ):
@@ -308,7 +308,7 @@ def _of_files(files: Iterable[str]) -> Iterator[Source]:
 
 def _source(path: str, name: str) -> Source:
     try:
-        signature, settled = file_signature(path)
+        signature, settled = file_change_signature(path)
     except OSError:  # missing, or a broken link: reading it reports the error
         return Source(path, name)
     return Source(path, name, int(signature.partition(" ")[0]), signature, settled)

@@ -17,7 +17,7 @@ from typing import Any, Self
 from twistcore.batch.manifest_tables import (
     COLUMNS,
     SCHEMA,
-    add_check_columns,
+    add_checksum_columns,
     append_check_number,
     create_manifest_tables,
     expected_table_definitions,
@@ -507,7 +507,7 @@ class Manifest:
             return
         with self.transaction():  # if the process is killed, the file stays unchanged
             if known:
-                add_check_columns(self._connection)
+                add_checksum_columns(self._connection)
             else:
                 create_manifest_tables(self._connection)
             self._connection.execute(f"PRAGMA application_id = {_OURS}")

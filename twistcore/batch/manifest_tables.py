@@ -53,10 +53,10 @@ def create_manifest_tables(connection: sqlite3.Connection, schema: int = SCHEMA)
     for statement in _TABLES.split(";\n"):
         connection.execute(statement)
     if schema > 1:
-        add_check_columns(connection)
+        add_checksum_columns(connection)
 
 
-def add_check_columns(connection: sqlite3.Connection) -> None:
+def add_checksum_columns(connection: sqlite3.Connection) -> None:
     """Add a column for check numbers to tables of schema 1.
 
     The column is NULL in the existing rows, which are therefore not checked.

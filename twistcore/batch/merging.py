@@ -12,7 +12,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from twistcore.batch.clip_task import clip_companion_suffix
+from twistcore.batch.clip_task import companion_file_suffix
 from twistcore.batch.corrected_files import write_corrected
 from twistcore.batch.inputs import Source, assign_batch_names
 from twistcore.batch.manifest import DONE, FAILED, Manifest, ManifestRow
@@ -170,7 +170,7 @@ def _companions(path: Path) -> dict[str, bytes]:
 
     These are all files in the clip's folder with the suffix that its format needs, such as .asf.
     """
-    ending = clip_companion_suffix(path)
+    ending = companion_file_suffix(path)
     if not ending:
         return {}
     near = (other for other in path.parent.iterdir() if other.suffix.lower() == ending)

@@ -37,8 +37,8 @@ class Parameters:
     rig
         The user's changes to the chains, from :func:`twistcore.skeleton.rig.rig_to_json`, or None.
     joint_names
-        The user's words for joints, from :func:`twistcore.skeleton.joint_names.read_word_file`, or
-        None.
+        The user's words for joints, from
+        :func:`twistcore.skeleton.joint_names.read_joint_vocabulary_file`, or None.
     refine
         True to write corrected clips.
     min_confidence

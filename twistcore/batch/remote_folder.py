@@ -21,14 +21,14 @@ from twistcore.errors import TwistError
 from twistcore.files.atomic import write_atomically
 from twistcore.files.lock import is_file_locked
 from twistcore.files.marks import sha256_of
-from twistcore.files.ordinary import user_folder
-from twistcore.files.remote_files import find_remote, read_remote, write_remote
+from twistcore.files.ordinary import user_folder_or_uncreatable_path
+from twistcore.files.remote_files import list_remote_files, read_remote_file, write_remote_file
 
 _UPLOADED = ".uploaded.json"  # SHA-256 of the files at the URL, keyed by relative path
 
 
 @contextmanager
-def local_batch_folder(output: str) -> Iterator[Path]:
+def synchronised_batch_folder(output: str) -> Iterator[Path]:
     """Yield a local folder for a batch, which is uploaded at the end if `output` is a URL.
 
     If `output` is '', the folder is temporary. For a URL, the folder initially contains a copy of
@@ -45,7 +45,11 @@ def local_batch_folder(output: str) -> Iterator[Path]:
         return
     url = output.rstrip("/")
     name = hashlib.sha256(url.encode()).hexdigest()[:16]
-    folder = user_folder(partial(platformdirs.user_cache_path, "twist-inspector")) / "batch" / name
+    folder = (
+        user_folder_or_uncreatable_path(partial(platformdirs.user_cache_path, "twist-inspector"))
+        / "batch"
+        / name
+    )
     folder.mkdir(parents=True, exist_ok=True)
     if not is_file_locked(folder / LOCK):  # run_batch reports a lock
         _take_over(url, folder)
@@ -61,11 +65,11 @@ def _take_over(url: str, folder: Path) -> None:
 
     Raises TwistError if the local folder has also changed since the last upload.
     """
-    there = {name: path for path, name, _ in find_remote(url, may_be_none=True)}
+    there = {name: path for path, name, _ in list_remote_files(url, may_be_none=True)}
     if FILE not in there:
         return
     if (folder / FILE).exists():
-        mark = hashlib.sha256(read_remote(there[FILE])).hexdigest()
+        mark = hashlib.sha256(read_remote_file(there[FILE])).hexdigest()
         own, last = sha256_of(folder / FILE), _uploaded(folder).get(FILE)
         if mark in (own, last):
             return
@@ -84,7 +88,7 @@ def _download(there: Mapping[str, str], folder: Path) -> None:
     for name in sorted(there, key=lambda name: name == FILE):
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_atomically(path, read_remote(there[name]))
+        write_atomically(path, read_remote_file(there[name]))
         uploaded[name] = sha256_of(path)
     write_atomically(folder / _UPLOADED, json.dumps(uploaded).encode())
 
@@ -104,7 +108,7 @@ def _upload(folder: Path, url: str) -> None:
             if name.startswith("manifest.") and name != FILE:
                 continue  # the lock and the journal are only for this machine
             if (mark := sha256_of(files[name])) != uploaded.get(name):
-                write_remote(f"{url}/{name}", files[name].read_bytes())
+                write_remote_file(f"{url}/{name}", files[name].read_bytes())
                 uploaded[name] = mark
     finally:
         write_atomically(listing, json.dumps(uploaded).encode())

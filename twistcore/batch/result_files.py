@@ -8,7 +8,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from twistcore.analysis.clip_severity import percent_affected, unexamined_limb_sentences
+from twistcore.analysis.clip_severity import percent_of_frames_with_error, unexamined_limb_sentences
 from twistcore.batch.manifest import ClipRecord
 from twistcore.detection import Kind
 from twistcore.detection.kind import plural_kind_name
@@ -68,7 +68,7 @@ INTERVAL_COLUMNS: Mapping[str, type] = {
 }
 
 
-def clip_row(record: ClipRecord) -> dict[str, Any]:
+def clip_result_row(record: ClipRecord) -> dict[str, Any]:
     """Return the values of a clip for :data:`CLIP_COLUMNS`, with None for unknown values."""
     row: dict[str, Any] = dict.fromkeys(CLIP_COLUMNS)
     row |= {"clip": record.name, "state": record.state, "source": record.source}
@@ -82,7 +82,9 @@ def clip_row(record: ClipRecord) -> dict[str, Any]:
         limbs = result.get("unexamined")
         row["unexamined"] = None if limbs is None else len(limbs)
         row |= {name: result["counts"].get(kind.value, 0) for name, kind in _KINDS.items()}
-        row["affected_percent"] = percent_affected(result["affected_frames"], result["frames"])
+        row["affected_percent"] = percent_of_frames_with_error(
+            result["affected_frames"], result["frames"]
+        )
         row |= {f"{name}_deg": result["degrees"][name] for name in ("max", "rms")}
         row["left"] = None if result["left"] is None else len(result["left"])
         left = (*(result.get("uncorrected") or ()), *unexamined_limb_sentences(result))
@@ -92,7 +94,7 @@ def clip_row(record: ClipRecord) -> dict[str, Any]:
 
 def clips_csv(records: Iterable[ClipRecord]) -> str:
     """Return a CSV table with a header and one line for each clip."""
-    return csv_text(CLIP_COLUMNS, map(clip_row, records))
+    return csv_text(CLIP_COLUMNS, map(clip_result_row, records))
 
 
 def write_clip_table(path: Path, records: Iterable[ClipRecord]) -> None:
@@ -131,7 +133,9 @@ def interval_rows(record: ClipRecord) -> Iterator[dict[str, Any]]:
     listed.
     """
     result = record.result or {}
-    of_clip = clip_row(record) | {"quality": json.dumps(result.get("quality", {}), sort_keys=True)}
+    of_clip = clip_result_row(record) | {
+        "quality": json.dumps(result.get("quality", {}), sort_keys=True)
+    }
     intervals = result.get("intervals", ())
     for number, interval in enumerate(intervals):
         yield (

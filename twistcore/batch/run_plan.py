@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from twistcore.batch.clip_task import has_companions
+from twistcore.batch.clip_task import needs_companion_files
 from twistcore.batch.inputs import Source
 from twistcore.batch.manifest import DONE, FAILED, Manifest, ManifestRow, manifest_timestamp
 from twistcore.batch.parameters import Parameters
@@ -108,7 +108,11 @@ def _same_bytes(row: ManifestRow, source: Source) -> ManifestRow | None:
         return row
     if not source.signature:  # missing, or at a URL
         return row if "://" in source.path and source.size == row.bytes else None
-    if has_companions(source.path) or source.size != row.bytes or _sha256(source) != row.sha256:
+    if (
+        needs_companion_files(source.path)
+        or source.size != row.bytes
+        or _sha256(source) != row.sha256
+    ):
         return None
     return replace(row, signature=source.signature if source.settled else "")
 
@@ -120,7 +124,7 @@ def _of_other_name(
 
     `mark` is the hash of the parameters, and `sizes` are the sizes of all files with a result.
     """
-    if not source.signature or has_companions(source.path) or source.size not in sizes:
+    if not source.signature or needs_companion_files(source.path) or source.size not in sizes:
         return None
     sha256 = _sha256(source)
     if not sha256 or not manifest.has_result(sha256, mark):

@@ -1,4 +1,4 @@
-"""The `twistcore` command, with one module for each group of subcommands."""
+"""The `twistcore` command: its subcommands, their arguments, and the sentences that they print."""
 
 from twistcore.cli.command_line import main
 

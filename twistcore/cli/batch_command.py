@@ -15,7 +15,7 @@ from twistcore.batch.clip_task import ClipTask, Outcome, run_task
 from twistcore.batch.inputs import Inputs, find_input_clips
 from twistcore.batch.manifest import ClipRecord, Manifest
 from twistcore.batch.parameters import Parameters
-from twistcore.batch.remote_folder import local_batch_folder
+from twistcore.batch.remote_folder import synchronised_batch_folder
 from twistcore.batch.run import CarryOut, Limits, run_batch
 from twistcore.cli.batch_progress import show_batch_progress
 from twistcore.cli.output import (
@@ -50,11 +50,13 @@ def batch_command(arguments: argparse.Namespace) -> int:
         raise TwistError(
             "expected a clip, folder, pattern, URL or --from FILE. See `twistcore batch --help`."
         )
-    code, _ = process_clips(find_input_clips(words, without=local_output_folder(arguments)))
+    code, _ = process_clips(
+        find_input_clips(words, without=permanent_local_output_folder(arguments))
+    )
     return code
 
 
-def local_output_folder(arguments: argparse.Namespace) -> Path | None:
+def permanent_local_output_folder(arguments: argparse.Namespace) -> Path | None:
     """Return the folder for the results, or None if it is temporary or at a URL.
 
     Clips in this folder are not processed.
@@ -86,7 +88,7 @@ def _processed(
     if targets:
         local = [Path(source.path) for source in inputs.sources if "://" not in source.path]
         refuse_overwrite(targets, local)
-    with local_batch_folder(arguments.output) as folder:
+    with synchronised_batch_folder(arguments.output) as folder:
         with _carrying_out(arguments) as carry_out:
             summary = run_batch(
                 folder,
@@ -266,9 +268,9 @@ def _parameters(arguments: argparse.Namespace) -> Parameters:
         rig = rig_to_json(read_rig(arguments.rig))
     words = None
     if arguments.joint_names:
-        from twistcore.skeleton.joint_names import read_word_file
+        from twistcore.skeleton.joint_names import read_joint_vocabulary_file
 
-        words = read_word_file(arguments.joint_names)
+        words = read_joint_vocabulary_file(arguments.joint_names)
     if not arguments.refine and (arguments.include_open or arguments.min_confidence is not None):
         raise TwistError("--min-confidence and --include-open require --refine")
     return Parameters(

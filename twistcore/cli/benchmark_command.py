@@ -23,7 +23,7 @@ from twistcore.detection import DETECTORS
 from twistcore.errors import TwistError
 from twistcore.files.atomic import is_stream, write_atomically
 from twistcore.files.encoding import encode_utf8, json_bytes
-from twistcore.files.ordinary import real_path, user_folder
+from twistcore.files.ordinary import real_path, user_folder_or_uncreatable_path
 from twistcore.study.benchmark.baselines import BASELINES
 from twistcore.study.benchmark.clip_run import BenchmarkSettings
 from twistcore.study.benchmark.hinge import HINGE
@@ -76,7 +76,9 @@ def unfinished_benchmark_path(
         return json_file.with_name(f"{json_file.name}.partial.jsonl")
     words = json.dumps([str(real_path(folder)), settings.to_json()])
     name = hashlib.sha256(words.encode()).hexdigest()[:16]
-    folder = user_folder(partial(platformdirs.user_cache_path, "twist-inspector"))
+    folder = user_folder_or_uncreatable_path(
+        partial(platformdirs.user_cache_path, "twist-inspector")
+    )
     return folder / "benchmark" / f"{name}.jsonl"
 
 

@@ -12,7 +12,11 @@ from typing import TypeAlias
 import numpy as np
 
 from twistcore.cli.arguments.clean_arguments import NAMINGS
-from twistcore.cli.clip_inputs import clip_name_for_messages, clip_notes, read_clip_or_stdin
+from twistcore.cli.clip_inputs import (
+    clip_name_for_messages,
+    read_clip_or_stdin,
+    reading_assumption_sentences,
+)
 from twistcore.cli.output import (
     count_with_noun,
     print_json,
@@ -24,7 +28,7 @@ from twistcore.cli.output import (
 )
 from twistcore.errors import TwistError
 from twistcore.export.compare import Deviation, largest_deviation
-from twistcore.export.joint_map import joint_names_in_scheme, read_joint_map
+from twistcore.export.joint_map import joint_names_in_scheme, read_joint_names_for_export
 from twistcore.files.atomic import is_stream, write_atomically
 from twistcore.formats.bvh import BvhClip, parse_bvh, read_bvh, rewriting
 from twistcore.formats.bvh.compose import bvh_text
@@ -67,7 +71,10 @@ def clean_command(arguments: argparse.Namespace) -> int:
         clip, expected = done.clip, moved(expected)
         changes += ((option, change) for change in done.changes)
         said += done.notes
-    notes = [*clip_notes(name, source), *(f"{name}: note: {sentence}" for sentence in said)]
+    notes = [
+        *reading_assumption_sentences(name, source),
+        *(f"{name}: note: {sentence}" for sentence in said),
+    ]
     write_atomically(output, clip.data)
     again = clip if is_stream(output) else read_bvh(output)
     found = largest_deviation(expected, again.motion)
@@ -125,7 +132,7 @@ def _steps(arguments: argparse.Namespace, clip: BvhClip, said: list[str]) -> Ite
     if arguments.order:
         yield "order", lambda c: rewriting.change_rotation_order(c, dict(arguments.order)), _same
     if arguments.unroll:
-        yield "unroll", rewriting.unroll_clip_angles, _same
+        yield "unroll", rewriting.unwrap_bvh_clip_angles, _same
     if fps := arguments.fps:
         times = rewriting.resampled_frame_times(clip.frames, clip.frame_time, fps)
         after = partial(rewriting.resample_motion, times=times, frame_time=1.0 / fps)
@@ -180,7 +187,7 @@ def _new_names(chosen: str, clip: BvhClip, said: list[str]) -> Mapping[str, str]
     """Return the new names of joints, keyed by old name, as specified by `--rename`."""
     if chosen in NAMINGS:
         return joint_names_in_scheme(clip.motion, chosen)
-    names = read_joint_map(Path(chosen))
+    names = read_joint_names_for_export(Path(chosen))
     absent = [old for old in names if old not in clip.skeleton.names]
     if len(absent) == len(names):
         raise TwistError(f"{chosen}: expected the name of a joint of {clip.path.name}, found none")

@@ -16,7 +16,7 @@ from twistcore.errors import TwistError
 from twistcore.formats.bvh import parse_bvh
 from twistcore.formats.clip import Clip
 from twistcore.formats.reading import read_clip
-from twistcore.skeleton.joint_names import read_word_file
+from twistcore.skeleton.joint_names import read_joint_vocabulary_file
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.notes import Note
 from twistcore.skeleton.own_words import add_user_joint_words
@@ -45,7 +45,7 @@ def read_clip_or_stdin(path: Path, *, fps: float | None = None) -> Clip:
         return parse_bvh(sys.stdin.buffer.read(), "standard input", fps=fps)
 
 
-def clip_notes(name: object, clip: Clip) -> list[str]:
+def reading_assumption_sentences(name: object, clip: Clip) -> list[str]:
     """Return sentences about the assumptions that were made when a clip was read.
 
     If there are many, only the first ones and the number of the others are returned.
@@ -59,11 +59,11 @@ def clip_notes(name: object, clip: Clip) -> list[str]:
 
 def print_clip_notes(name: object, clip: Clip) -> None:
     """Print the notes about a clip."""
-    for sentence in clip_notes(name, clip):
+    for sentence in reading_assumption_sentences(name, clip):
         print_note(sentence)
 
 
-def run_on_clips(
+def run_on_clips_collecting_failures(
     clips: Sequence[Path], work: Callable[[Path], Found]
 ) -> tuple[list[Found], list[tuple[str, str]]]:
     """Return the results of `work` for all clips, and the names and errors of failed clips.
@@ -120,7 +120,7 @@ def chosen_rig(arguments: argparse.Namespace) -> Rig:
 
 def chosen_joint_names(arguments: argparse.Namespace) -> dict[str, Any] | None:
     """Return the contents of the file given by --joint-names, or None without this option."""
-    return read_word_file(arguments.joint_names) if arguments.joint_names else None
+    return read_joint_vocabulary_file(arguments.joint_names) if arguments.joint_names else None
 
 
 def detect_with_options(arguments: argparse.Namespace, clip: Clip) -> Detection:

@@ -13,20 +13,20 @@ from twistcore.analysis.correction.twist_removal import SURE_ENOUGH
 from twistcore.cli.arguments.argument_types import STANDARD_INPUT
 from twistcore.cli.clip_inputs import (
     clip_name_for_messages,
-    clip_notes,
     detect_with_options,
     read_clip_or_stdin,
+    reading_assumption_sentences,
 )
-from twistcore.cli.decided_sessions import refuse_decided_session
+from twistcore.cli.decided_sessions import refuse_overwriting_decisions
 from twistcore.cli.folder_commands import apply_folder
 from twistcore.cli.interval_words import (
-    corrected_count_text,
+    corrected_interval_count_text,
     jump_sentences,
     note_sentences,
     nothing_examined_sentence,
     uncorrectable_counts,
     unexamined_limbs_text,
-    unexamined_to_json,
+    unexamined_limbs_to_json,
 )
 from twistcore.cli.output import (
     count_with_noun,
@@ -46,7 +46,7 @@ from twistcore.formats.clip import Clip, check_clip_suffix, write_clip
 from twistcore.formats.reading import companion_file_prefix
 from twistcore.report.clip_report import (
     check_report_replaceable,
-    has_mismatched_report,
+    has_report_on_different_clip,
     write_clip_report,
 )
 from twistcore.report.document import Report
@@ -57,8 +57,8 @@ from twistcore.review.replay import (
     accepted_motion,
     correctable_intervals,
     replay_session,
-    uncorrected_sentences,
-    unknown_kind_sentences,
+    uncorrected_and_moved_joint_sentences,
+    unknown_error_kind_sentences,
 )
 
 
@@ -70,7 +70,7 @@ def refine_command(arguments: argparse.Namespace) -> int:
     written_files = [path for path in (arguments.output, arguments.session) if path]
     refuse_overwrite(written_files, [path for path in files if path])
     if arguments.session:
-        refuse_decided_session(arguments.session)
+        refuse_overwriting_decisions(arguments.session)
     if arguments.report and path_exists(arguments.report) and not arguments.report.is_dir():
         raise TwistError(f"{arguments.report} is a file; choose a folder for the report")
     if arguments.report:
@@ -87,7 +87,7 @@ def refine_command(arguments: argparse.Namespace) -> int:
         with print_step_duration(f"  {arguments.session}: session written"):
             write_session(clip, review, arguments.session)
     name = clip_name_for_messages(arguments.clip)
-    notes = [*clip_notes(name, clip), *note_sentences(name, found)]
+    notes = [*reading_assumption_sentences(name, clip), *note_sentences(name, found)]
     notes += jump_sentences(arguments.output, jumps)
     if arguments.report:
         written = None if is_stream(arguments.output) else arguments.output
@@ -100,13 +100,13 @@ def refine_command(arguments: argparse.Namespace) -> int:
             analysis=found.analysis,
             written=written,
         )
-        if has_mismatched_report(arguments.report, companion_file_prefix(clip.path), clip):
+        if has_report_on_different_clip(arguments.report, companion_file_prefix(clip.path), clip):
             other = f"of another clip {clip.name}"
             notes.append(f"{arguments.report}: note: replaced the report {other}")
         with print_step_duration(f"  {arguments.report}: report written"):
             write_clip_report(arguments.report, report)
     done = correctable_intervals(clip.motion, chains, applied)
-    count = corrected_count_text(done, found, "corrected")
+    count = corrected_interval_count_text(done, found, "corrected")
     count += _left(name, len(applied), found)
     if not found.not_examined:
         print_remark(
@@ -115,7 +115,7 @@ def refine_command(arguments: argparse.Namespace) -> int:
     if arguments.session:
         session = f"session with {count_with_noun(len(review.state.intervals), 'interval')}"
         print_remark(f"{arguments.session}: {session}, {len(applied)} accepted automatically")
-    problems, beside = uncorrected_sentences(clip, chains, applied)
+    problems, beside = uncorrected_and_moved_joint_sentences(clip, chains, applied)
     problems += nothing_examined_sentence(name, found)
     notes += beside
     if arguments.json:
@@ -136,25 +136,29 @@ def apply_command(arguments: argparse.Namespace) -> int:
     jumps = write_clip(clip, replay.motion, arguments.output)
     analysis = ClipAnalysis(clip.motion, chains, clip.name, session.state.rig)
     blind = () if session.state.intervals else nothing_examined_sentence(arguments.clip, analysis)
-    notes = clip_notes(arguments.clip, clip) + note_sentences(arguments.clip, analysis)
+    notes = reading_assumption_sentences(arguments.clip, clip) + note_sentences(
+        arguments.clip, analysis
+    )
     notes += jump_sentences(arguments.output, jumps)
     notes += replay.notes
     chosen, judged = session.state.chosen(), session.state.intervals
     done = correctable_intervals(clip.motion, chains, chosen)
-    count = corrected_count_text(done, [j.interval for j in judged], "applied")
+    count = corrected_interval_count_text(done, [j.interval for j in judged], "applied")
     seen = uncorrectable_counts([j.interval for j in judged if j.verdict == SEEN], " seen")
     if not blind:
         print_remark(
             f"{arguments.output}: {count}{seen}{unexamined_limbs_text(analysis.unexamined)}"
         )
-    problems, beside = uncorrected_sentences(clip, chains, chosen)
-    problems += unknown_kind_sentences(clip, session.state)
+    problems, beside = uncorrected_and_moved_joint_sentences(clip, chains, chosen)
+    problems += unknown_error_kind_sentences(clip, session.state)
     problems += blind
     notes += beside
     if arguments.json:
         document = _applied_to_json(arguments, replay, done, notes, problems)
         why = analysis.not_examined if blind else None
-        print_json(document | {"not_examined": why, "unexamined": unexamined_to_json(analysis)})
+        print_json(
+            document | {"not_examined": why, "unexamined": unexamined_limbs_to_json(analysis)}
+        )
     return _tell(notes, problems)
 
 
@@ -212,7 +216,7 @@ def _refined_to_json(
         "repairable": sum(i.repairable for i in found),
         "corrected": len(taken),
         "not_examined": found.not_examined or None,
-        "unexamined": unexamined_to_json(found.analysis),
+        "unexamined": unexamined_limbs_to_json(found.analysis),
         "intervals": [entry | {"corrected": _place(i) in taken} for entry, i in intervals],
         "notes": list(notes),
         "problems": list(problems),

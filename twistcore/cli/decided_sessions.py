@@ -11,7 +11,7 @@ from twistcore.review import Decision, read_session
 from twistcore.review.model import APPLIED, Judged
 
 
-def refuse_decided_session(path: Path) -> None:
+def refuse_overwriting_decisions(path: Path) -> None:
     """Raise TwistError if an existing file is a session with decisions, or not a session."""
     if is_stream(path) or not path_exists(path):
         return

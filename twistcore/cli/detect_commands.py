@@ -11,25 +11,25 @@ from typing import Any
 
 from twistcore.analysis.clip_analysis import ClipAnalysis, Detection
 from twistcore.analysis.correction.twist_removal import children_off_axis
-from twistcore.analysis.examination import joints_outside_chains
+from twistcore.analysis.examination import unexamined_joints_by_body_part
 from twistcore.cli.clip_inputs import (
     analyse_with_options,
     clip_name_for_messages,
-    clip_notes,
     detect_in_analysis,
     failed_clips_to_json,
     read_clip_or_stdin,
+    reading_assumption_sentences,
     reference_notes,
-    run_on_clips,
+    run_on_clips_collecting_failures,
 )
 from twistcore.cli.interval_words import (
-    kind_counts_text,
+    error_kind_counts_text,
     note_sentences,
     nothing_examined_sentence,
     unexamined_limbs_text,
-    unexamined_to_json,
+    unexamined_limbs_to_json,
 )
-from twistcore.cli.joint_table import joint_names_to_json, print_joint_names
+from twistcore.cli.joint_table import print_joint_names, recognised_bones_to_json
 from twistcore.cli.output import (
     count_with_noun,
     print_json,
@@ -62,7 +62,7 @@ def info_command(arguments: argparse.Namespace) -> int:
 
     Returns the exit code.
     """
-    found, failed = run_on_clips(arguments.clips, partial(_info_of, arguments))
+    found, failed = run_on_clips_collecting_failures(arguments.clips, partial(_info_of, arguments))
     several = len(arguments.clips) > 1
     documents = [one.document for one in found]
     if documents and arguments.json:
@@ -127,7 +127,7 @@ def _info_of(arguments: argparse.Namespace, path: Path) -> _Info:
         "chains": [_chain_to_json(clip, chain) for chain in chains],
         "limbs": [_chain_to_json(clip, limb) for limb in analysis.limbs],
         "not_examined": analysis.not_examined or None,
-        "unexamined": unexamined_to_json(analysis),
+        "unexamined": unexamined_limbs_to_json(analysis),
         "outside_chains": _outside(analysis),
         "leading_frames": count_leading_rest_frames(motion),
         "trailing_frames": count_trailing_rest_frames(motion),
@@ -138,7 +138,7 @@ def _info_of(arguments: argparse.Namespace, path: Path) -> _Info:
         ],
     }
     if arguments.names:
-        document["names"] = joint_names_to_json(analysis.body, analysis.rig.names)
+        document["names"] = recognised_bones_to_json(analysis.body, analysis.rig.names)
     every = [x for x in analysis.limbs if not uncorrectable_joints(motion, x, carried=True)]
     partly = {x.name for x in every if uncorrectable_joints(motion, x)}
     limbs = set(map(str, analysis.unexamined))  # printed in separate lines
@@ -150,7 +150,7 @@ def _info_of(arguments: argparse.Namespace, path: Path) -> _Info:
 
 
 def _outside(analysis: ClipAnalysis) -> dict[str, list[str]]:
-    found = joints_outside_chains(analysis.body, analysis.chains_and_limbs)
+    found = unexamined_joints_by_body_part(analysis.body, analysis.chains_and_limbs)
     return {part: list(names) for part, names in found.items()}
 
 
@@ -231,7 +231,9 @@ def _chain_to_json(clip: Clip, chain: Chain) -> Document:
 def detect_command(arguments: argparse.Namespace) -> int:
     """Print the intervals of the clips and return the exit code."""
     several = len(arguments.clips) > 1
-    found, failed = run_on_clips(arguments.clips, partial(_detect_in, arguments, several=several))
+    found, failed = run_on_clips_collecting_failures(
+        arguments.clips, partial(_detect_in, arguments, several=several)
+    )
     counted, total = sum(count for count, *_ in found), sum(every for _, every, *_ in found)
     blind = sum(mute for *_, mute, _ in found)
     if found and arguments.json:
@@ -268,7 +270,7 @@ def _detect_in(
     """
     clip = read_clip_or_stdin(path, fps=arguments.fps)
     name, document = clip_name_for_messages(path), Document()
-    notes, missing = clip_notes(name, clip), clip.missing_frames
+    notes, missing = reading_assumption_sentences(name, clip), clip.missing_frames
     warnings = list(map(str, clip.warnings))
     with print_step_duration(f"  {clip.path}: analysed and searched"):
         analysis = analyse_with_options(arguments, clip)
@@ -330,7 +332,8 @@ def _say_intervals(found: Detection, *, explain: bool) -> None:
         where += f" of {count_with_noun(len({*people.values()}), 'person', 'people')}"
     left_out = unexamined_limbs_text(found.analysis.unexamined)
     print_result(
-        f"{count_with_noun(len(found), 'interval')} in {where}{kind_counts_text(found)}{left_out}"
+        f"{count_with_noun(len(found), 'interval')} in "
+        f"{where}{error_kind_counts_text(found)}{left_out}"
     )
 
 
@@ -442,7 +445,7 @@ def _detection_to_json(
         "tau_deg": detection_tau_degrees(found),
         "intervals": intervals_to_json(found, explain=explain),
         "not_examined": found.not_examined or None,
-        "unexamined": unexamined_to_json(found.analysis),
+        "unexamined": unexamined_limbs_to_json(found.analysis),
         "warnings": warnings,
         "notes": [note.to_json() for note in found.notes],
     }

@@ -11,7 +11,7 @@ from twistcore.cli.folder_commands import diff_folders
 from twistcore.cli.output import count_with_noun, print_json, print_result, terminal_text
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import compare_motions, difference_to_json
-from twistcore.report.report_difference import is_clip_report_json, report_difference
+from twistcore.report.report_difference import compare_report_files, is_clip_report_json
 
 
 def diff_command(arguments: argparse.Namespace) -> int:
@@ -73,7 +73,7 @@ def _diff_clips(arguments: argparse.Namespace) -> int:
 
 
 def _diff_reports(arguments: argparse.Namespace) -> int:
-    found = report_difference(arguments.a, arguments.b)
+    found = compare_report_files(arguments.a, arguments.b)
     if arguments.json:
         print_json(found)
         return 0

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from twistcore.cli.decided_sessions import refuse_decided_session
+from twistcore.cli.decided_sessions import refuse_overwriting_decisions
 from twistcore.cli.output import (
     count_with_noun,
     print_json,
@@ -40,7 +40,7 @@ def diff_sessions(arguments: argparse.Namespace) -> int:
         found = Agreement(pair_intervals(a.state.intervals, b.state.intervals))
         if arguments.merge:
             refuse_overwrite([arguments.merge], [arguments.a, arguments.b])
-            refuse_decided_session(arguments.merge)
+            refuse_overwriting_decisions(arguments.merge)
             _merge(arguments.a, a, b, found, arguments.merge)
     except ClipMismatchError as error:
         raise ClipMismatchError(f"{arguments.a}, {arguments.b}: {error}") from None

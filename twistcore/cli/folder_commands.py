@@ -29,9 +29,9 @@ from twistcore.export.folder_compare import (
 from twistcore.export.folder_replay import (
     Pairs,
     Replayed,
-    add_replayed_clip_hash,
-    pair_sessions,
-    read_replayed_clip_hashes,
+    pair_sessions_with_clips,
+    read_recorded_hashes_of_exports,
+    record_hash_of_exported_clip,
     write_replayed_clip,
 )
 from twistcore.files.atomic import same_file
@@ -44,9 +44,9 @@ def apply_folder(arguments: argparse.Namespace) -> int:
     sessions, clips, output = _folders(arguments.session, arguments.clip, arguments.output)
     if same_file(output, clips):
         raise TwistError(f"{output} is the folder of the clips; choose another folder to write to")
-    found = pair_sessions(sessions, clips, output)
+    found = pair_sessions_with_clips(sessions, clips, output)
     output.mkdir(parents=True, exist_ok=True)
-    own = read_replayed_clip_hashes(output)
+    own = read_recorded_hashes_of_exports(output)
     problems, through = list(found.problems), dict[str, Replayed]()
     work = partial(write_replayed_clip, output, own)
     with clip_progress_printer(len(found.pairs)) as tell:
@@ -56,7 +56,7 @@ def apply_folder(arguments: argparse.Namespace) -> int:
             else:
                 through[pair.name] = result
                 if result.new:
-                    add_replayed_clip_hash(output, pair.name, result.sha256)
+                    record_hash_of_exported_clip(output, pair.name, result.sha256)
             tell(pair.name)
     for path in found.older:
         print_note(f"{path}: note: skipped, because the clip has a later session")

@@ -46,7 +46,7 @@ def nothing_examined_sentence(clip: object, found: ClipAnalysis | Detection) -> 
     return (f"{clip}: could not be examined: {why}",) if (why := found.not_examined) else ()
 
 
-def unexamined_to_json(analysis: ClipAnalysis) -> list[dict[str, str]]:
+def unexamined_limbs_to_json(analysis: ClipAnalysis) -> list[dict[str, str]]:
     """Return the limbs that were not examined as JSON data."""
     return [limb.to_json() for limb in analysis.unexamined]
 
@@ -59,7 +59,7 @@ def unexamined_limbs_text(unexamined: Sequence[Unexamined]) -> str:
     return f"; {', '.join(first)}{' and ' if first else ''}{last} not examined"
 
 
-def kind_counts_text(intervals: Iterable[Interval], among: Iterable[Interval] = ()) -> str:
+def error_kind_counts_text(intervals: Iterable[Interval], among: Iterable[Interval] = ()) -> str:
     """Return text such as ' (2 counter-twists, 7 limb flips)', or '' if all are counter-twists.
 
     The text is empty only if all intervals in `among` are counter-twists, too.
@@ -70,7 +70,9 @@ def kind_counts_text(intervals: Iterable[Interval], among: Iterable[Interval] = 
     return f" ({', '.join(_counted(count[k], k) for k in _in_order(count))})"
 
 
-def corrected_count_text(applied: Sequence[Interval], every: Iterable[Interval], verb: str) -> str:
+def corrected_interval_count_text(
+    applied: Sequence[Interval], every: Iterable[Interval], verb: str
+) -> str:
     """Return text such as '5 of 7 intervals corrected (5 limb flips)'.
 
     `applied` are the corrected intervals. The total is the number of twist errors in `every`, plus
@@ -78,7 +80,9 @@ def corrected_count_text(applied: Sequence[Interval], every: Iterable[Interval],
     """
     every = tuple(every)
     repairable = sum(i.repairable for i in every) + sum(not i.repairable for i in applied)
-    return f"{len(applied)} of {repairable} intervals {verb}{kind_counts_text(applied, every)}"
+    return (
+        f"{len(applied)} of {repairable} intervals {verb}{error_kind_counts_text(applied, every)}"
+    )
 
 
 def uncorrectable_counts(intervals: Iterable[Interval], mark: str = "") -> str:

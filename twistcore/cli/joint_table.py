@@ -13,7 +13,7 @@ _WIDTH = 24  # minimum width of the column with joint names
 _UNKNOWN = "unknown"
 
 
-def joint_names_to_json(body: Body, own: Collection[str]) -> list[dict[str, Any]]:
+def recognised_bones_to_json(body: Body, own: Collection[str]) -> list[dict[str, Any]]:
     """Return the recognised bone of each joint, its side, other possible bones, and the reason.
 
     `own` are the joints that the user has named in a file.

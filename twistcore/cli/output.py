@@ -23,7 +23,7 @@ from twistcore.files.encoding import (
     json_text,
 )
 from twistcore.work.frozen import dataclass
-from twistcore.work.progress import TellName, clip_progress_counter, silent_clip_progress
+from twistcore.work.progress import TellName, show_clip_progress_bar, silent_clip_progress
 
 _BOLD, _YELLOW, _RED = "1", "33", "31"
 
@@ -58,7 +58,7 @@ _voices = [_USUAL]  # the last one is used, by all threads, since other threads 
 
 
 @contextlib.contextmanager
-def use_output_voice(voice: Voice) -> Iterator[None]:
+def use_output_verbosity(voice: Voice) -> Iterator[None]:
     """Use `voice` for all output within the context."""
     _voices.append(voice)
     try:
@@ -137,7 +137,7 @@ def clip_progress_printer(total: int, done: int = 0) -> Iterator[TellName]:
     `total` is the number of clips, and `done` is the number of clips already finished. With
     --quiet, the function prints nothing.
     """
-    with silent_clip_progress(total) if is_quiet() else clip_progress_counter(total, done) as tell:
+    with silent_clip_progress(total) if is_quiet() else show_clip_progress_bar(total, done) as tell:
         yield lambda name: tell(terminal_text(name))
 
 

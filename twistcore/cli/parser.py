@@ -17,14 +17,14 @@ from twistcore.cli.arguments.argument_types import (
     parse_degrees,
     parse_finite_number,
     parse_frame_rate,
-    parse_limit,
     parse_non_negative_number,
     parse_output_folder,
     parse_output_path,
     parse_seed,
+    parse_whole_number_limit,
     parse_worker_count,
 )
-from twistcore.cli.arguments.batch_arguments import add_batch, add_merge, add_watch
+from twistcore.cli.arguments.batch_arguments import add_batch, add_merge, add_watch_arguments
 from twistcore.cli.arguments.clean_arguments import add_clean
 from twistcore.cli.arguments.command_help import COMMANDS, PROGRAM, CommandHelp, HelpFormatter
 from twistcore.cli.arguments.common_arguments import (
@@ -42,13 +42,13 @@ from twistcore.cli.arguments.common_arguments import (
 )
 from twistcore.cli.arguments.detection_arguments import (
     add_chains,
-    add_correction,
+    add_correction_options,
     add_detection,
     add_detector_file,
     add_method,
     add_rig,
 )
-from twistcore.cli.arguments.quamo_arguments import add_quamo
+from twistcore.cli.arguments.quamo_arguments import add_quamo_subcommands
 from twistcore.cli.convert_command import add_convert
 from twistcore.files.version import __version__
 
@@ -128,7 +128,7 @@ def _detect(detect: Parser) -> None:
     )
     detect.add_argument(
         "--fail-over",
-        type=parse_limit,
+        type=parse_whole_number_limit,
         metavar="N",
         help="exit with 1 if more than N intervals are found in all clips together; noise bursts "
         "and frozen frames count only with --kinds (default: no limit)",
@@ -188,7 +188,7 @@ def _refine(refine: Parser) -> None:
     )
     add_output(refine)
     add_detection(refine)
-    add_correction(refine)
+    add_correction_options(refine)
     refine.add_argument(
         "--report",
         type=parse_output_folder,
@@ -314,7 +314,7 @@ def _tune(tune: Parser) -> None:
     add_rig(tune)
     tune.add_argument(
         "--seeds",
-        type=parse_limit,
+        type=parse_whole_number_limit,
         metavar="N",
         help="number of random draws of errors for each clip; cannot be combined with "
         "--verdicts (default: 3)",
@@ -492,9 +492,9 @@ _COMMANDS: Mapping[str, Callable[[Parser], None]] = {
     "tune": _tune,
     "benchmark": _benchmark,
     "batch": add_batch,
-    "watch": add_watch,
+    "watch": add_watch_arguments,
     "merge": add_merge,
-    "quamo": add_quamo,
+    "quamo": add_quamo_subcommands,
     "export": _export,
     "convert": add_convert,
     "clean": add_clean,

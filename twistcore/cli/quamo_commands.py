@@ -19,29 +19,34 @@ from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import Clip, write_clip
 from twistcore.formats.smpl.pose_files import is_pose_file
-from twistcore.formats.smpl.poses_clip import read_poses
-from twistcore.quamo.bursts import NoisySpan, noise_burst_cutoff, noisy_spans, smooth_spans
+from twistcore.formats.smpl.poses_clip import read_smpl_poses_as_clip
+from twistcore.quamo.bursts import (
+    NoisySpan,
+    noise_burst_cutoff,
+    noise_burst_spans_to_smooth,
+    smooth_noise_burst_spans,
+)
 from twistcore.quamo.network import read_network
 from twistcore.quamo.spline import default_spline_cutoff
 from twistcore.quamo.state_space import Gains
 from twistcore.quamo.track_clip import (
     check_position_trackable,
     find_figure_position_joint,
+    select_joints_with_rotation_channels,
     select_network_joints,
-    select_writable_joints,
-    smooth_clip,
+    smooth_captures_with_spline,
     track_with_hand_gains,
     track_with_network,
-    untracked_names,
+    untracked_rotating_and_moving_joints,
 )
 from twistcore.quamo.tracking_sentences import (
     SPLINE_WAY,
-    cuts_as_text,
+    capture_cuts_as_text,
+    lost_tracking_sentences,
     tracking_lag_sentence,
-    tracking_loss_sentences,
     tracking_method_text,
 )
-from twistcore.quamo.weights import default_network_path
+from twistcore.quamo.weights import default_gain_network_path
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.motion import Motion
 
@@ -63,16 +68,16 @@ def quamo_refine_command(arguments: argparse.Namespace) -> int:
     gains = None if spline else _hand_gains(arguments, motion.frame_time)
     cutoff = arguments.cutoff or default_spline_cutoff(motion.frame_time)
     try:
-        joints = select_writable_joints(motion.skeleton, arguments.joints)
+        joints = select_joints_with_rotation_channels(motion.skeleton, arguments.joints)
         first, placed = count_leading_rest_frames(motion), find_figure_position_joint(motion)
         if arguments.root_position:
             check_position_trackable(motion)
         place = placed is not None and _wants_place(arguments, joints, placed)
         if spline:
-            made = smooth_clip(motion, joints, cutoff, place=place, first=first)
+            made = smooth_captures_with_spline(motion, joints, cutoff, place=place, first=first)
         else:
             if gains is None:
-                network = read_network(arguments.weights or default_network_path())
+                network = read_network(arguments.weights or default_gain_network_path())
                 joints = select_network_joints(
                     motion.skeleton, joints, strict=bool(arguments.joints)
                 )
@@ -86,7 +91,7 @@ def quamo_refine_command(arguments: argparse.Namespace) -> int:
     _warn_of_twist(clip, joints.tolist())
     print_channel_jumps(arguments.output, write_clip(clip, made, arguments.output))
     if not spline:
-        for lost in tracking_loss_sentences(found, motion.skeleton.names, causal=arguments.causal):
+        for lost in lost_tracking_sentences(found, motion.skeleton.names, causal=arguments.causal):
             print_note(f"{arguments.clip}: {lost}")
     name = motion.skeleton.names[placed] if placed is not None else ""
     smoothed = f"smoothed with a spline, cut-off {cutoff:.2g} Hz"
@@ -95,7 +100,9 @@ def quamo_refine_command(arguments: argparse.Namespace) -> int:
         f"{f' and the position of {name}' if place else ''} "
         f"{smoothed if spline else tracking_method_text(arguments.causal, gains)}"
     )
-    turning, moving = untracked_names(motion, joints, placed if place else None)
+    turning, moving = untracked_rotating_and_moving_joints(
+        motion, joints, placed if place else None
+    )
     for names, what in ((() if arguments.joints else turning, ""), (moving, "the position of ")):
         if names:
             left = "was left unchanged" if len(names) == 1 else "were left unchanged"
@@ -104,7 +111,7 @@ def quamo_refine_command(arguments: argparse.Namespace) -> int:
     print_remark(f"  {SPLINE_WAY if spline else way}")
     if first:
         print_remark(f"  frames before {first} are not captured motion and were left unchanged")
-    if not arguments.causal and (cut := cuts_as_text(motion, first)):
+    if not arguments.causal and (cut := capture_cuts_as_text(motion, first)):
         print_remark(f"  {cut}: motion is not smoothed across cuts")
     _tell_quality(motion, made, first, unit)
     return 0
@@ -116,9 +123,9 @@ def _smooth_bursts(arguments: argparse.Namespace, clip: Clip) -> int:
     cutoff = arguments.cutoff or noise_burst_cutoff(motion.frame_time)
     first, names = count_leading_rest_frames(motion), motion.skeleton.names
     try:
-        able = set(select_writable_joints(motion.skeleton, arguments.joints).tolist())
-        spans = tuple(span for span in noisy_spans(motion) if span.joint in able)
-        made = smooth_spans(motion, spans, cutoff, first=first)
+        able = set(select_joints_with_rotation_channels(motion.skeleton, arguments.joints).tolist())
+        spans = tuple(span for span in noise_burst_spans_to_smooth(motion) if span.joint in able)
+        made = smooth_noise_burst_spans(motion, spans, cutoff, first=first)
     except TwistError as error:
         raise TwistError(f"{arguments.clip}: {error}") from None
     joints = sorted({span.joint for span in spans})
@@ -160,7 +167,7 @@ def _tell_quality(motion: Motion, made: Motion, first: int, unit: float | None) 
 
 def _read(arguments: argparse.Namespace) -> Clip:
     if is_pose_file(arguments.clip):
-        clip = read_poses(
+        clip = read_smpl_poses_as_clip(
             arguments.clip,
             template=arguments.template,
             unit=arguments.unit,

@@ -30,12 +30,12 @@ from twistcore.formats.smpl.skeleton import (
     metres_per_unit,
     smpl_joint_positions,
 )
-from twistcore.quamo.network import VARIANTS, Network, read_network, write_network
+from twistcore.quamo.network import VARIANTS, Network, read_network, write_gain_network_weights
 from twistcore.quamo.resample import interpolate_poses_at_times, network_sample_times
-from twistcore.quamo.weights import FINAL, WEIGHTS, network_weights_name
+from twistcore.quamo.weights import FINAL, WEIGHTS, gain_network_file_name
 from twistcore.study.quamo.noise import LEVELS, Noise, add_pose_noise
 from twistcore.study.quamo.pose_errors import pose_metrics
-from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_sequence_folder
+from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_cmu_bvh_sequence_folder
 from twistcore.synthesis import clip_random_generator
 
 
@@ -104,7 +104,7 @@ def quamo_ablation_command(arguments: argparse.Namespace) -> int:
 
 
 def _report(arguments: argparse.Namespace, make: Any, variants: Sequence[str]) -> int:
-    clips, problems = read_sequence_folder(arguments.folder)
+    clips, problems = read_cmu_bvh_sequence_folder(arguments.folder)
     code = report_problems(problems, len(clips))
     sequences = tuple(s for s in clips if s.subject in HELD_OUT)
     if not sequences:
@@ -118,7 +118,7 @@ def _report(arguments: argparse.Namespace, make: Any, variants: Sequence[str]) -
         print_note(
             f"{weights} contains no network for a held-out subject, so the table has no row for "
             "learned gains; set --weights to a folder with files such as "
-            f"{network_weights_name('full', HELD_OUT[0])} (included only in the source, in "
+            f"{gain_network_file_name('full', HELD_OUT[0])} (included only in the source, in "
             "assets/quamo)"
         )
     seeds = range(arguments.seed, arguments.seed + arguments.seeds)
@@ -135,7 +135,7 @@ def _held_out_networks(
 ) -> Mapping[str, Network]:
     """Return the networks in a folder, keyed by the subject that was held out in training."""
     subjects = sorted({s.subject for s in sequences})
-    paths = {s: folder / network_weights_name(variant, s) for s in subjects}
+    paths = {s: folder / gain_network_file_name(variant, s) for s in subjects}
     return {s: read_network(p) for s, p in paths.items() if p.exists()}
 
 
@@ -144,7 +144,7 @@ def quamo_train_command(arguments: argparse.Namespace) -> int:
     from twistcore.study.quamo import training
     from twistcore.study.quamo.torch_model import import_torch
 
-    sequences, problems = read_sequence_folder(arguments.folder)
+    sequences, problems = read_cmu_bvh_sequence_folder(arguments.folder)
     code = report_problems(problems, len(sequences))
     if not sequences:
         return code
@@ -165,7 +165,7 @@ def quamo_train_command(arguments: argparse.Namespace) -> int:
     import_torch()
     arguments.output.mkdir(parents=True, exist_ok=True)
     for subject in subjects:
-        path = arguments.output / network_weights_name(arguments.variant, subject, arguments.seed)
+        path = arguments.output / gain_network_file_name(arguments.variant, subject, arguments.seed)
         if path.exists():
             print_note(f"{path}: already exists; skipped")
             continue
@@ -180,7 +180,7 @@ def quamo_train_command(arguments: argparse.Namespace) -> int:
         )
         minutes = (time.perf_counter() - begin) / 60.0
         made_of = json.dumps({"clips": [s.name for s in used], "settings": vars(settings)})
-        write_network(replace(network, note=made_of), path)
+        write_gain_network_weights(replace(network, note=made_of), path)
         print_remark(f"{path}: {len(used)} clips, {settings.epochs} epochs, {minutes:.1f} minutes")
     return code
 

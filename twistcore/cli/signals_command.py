@@ -18,12 +18,12 @@ from twistcore.cli.clip_inputs import (
     failed_clips_to_json,
     print_clip_notes,
     read_clip_or_stdin,
-    run_on_clips,
+    run_on_clips_collecting_failures,
 )
 from twistcore.cli.interval_words import (
     note_sentences,
     nothing_examined_sentence,
-    unexamined_to_json,
+    unexamined_limbs_to_json,
 )
 from twistcore.cli.output import (
     print_json,
@@ -72,7 +72,7 @@ def signals_command(arguments: argparse.Namespace) -> int:
     if arguments.csv:
         rig = [path for path in (arguments.rig, arguments.joint_names) if path]
         refuse_overwrite([arguments.csv], [*arguments.clips, *rig])
-    found, failed = run_on_clips(arguments.clips, partial(_signals, arguments))
+    found, failed = run_on_clips_collecting_failures(arguments.clips, partial(_signals, arguments))
     if found and arguments.csv:
         with print_step_duration(f"  {arguments.csv}: written"):
             several = len(arguments.clips) > 1
@@ -150,7 +150,7 @@ def _to_json(
         "frames": motion.frames,
         "fps": motion.fps,
         "not_examined": analysis.not_examined or None,
-        "unexamined": unexamined_to_json(analysis),
+        "unexamined": unexamined_limbs_to_json(analysis),
         "chains": chains,
     }
 

@@ -20,7 +20,7 @@ from twistcore.cli.output import (
 )
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.formats.bvh import decimated, parse_bvh, read_bvh
-from twistcore.formats.clip import patch_clip, write_clip
+from twistcore.formats.clip import create_file_patch_for_motion, write_clip
 from twistcore.skeleton.chain import Chain, find_chains, uncorrectable_joints
 from twistcore.skeleton.limb import find_limbs
 from twistcore.study.evaluation import (
@@ -32,14 +32,14 @@ from twistcore.study.evaluation import (
 )
 from twistcore.synthesis import (
     Truth,
-    add_counterpart_twist,
-    apply_protocol_options,
+    add_twist_from_opposite_side,
     clip_random_generator,
     draw_errors,
     draw_targets,
     inject,
     last_limb_chains,
     parse_protocol,
+    prepare_clean_motion_for_injection,
     read_truth,
     write_truth,
 )
@@ -60,8 +60,8 @@ def inject_command(arguments: argparse.Namespace) -> int:
         raise TwistError(f"{arguments.clip}: expected {what}, found none that can be changed")
     if protocol.rich:
         chains = [c for c in every if not uncorrectable_joints(clip.motion, c)]
-        rich = add_counterpart_twist(clip.motion, chains)
-        clip = parse_bvh(patch_clip(clip, rich).data, clip.path)
+        rich = add_twist_from_opposite_side(clip.motion, chains)
+        clip = parse_bvh(create_file_patch_for_motion(clip, rich).data, clip.path)
     clip = decimated(clip, protocol.step)
     motion = clip.motion
     rng = clip_random_generator(arguments.seed, arguments.clip.name)
@@ -124,7 +124,7 @@ def evaluate_command(arguments: argparse.Namespace) -> int:
 def _measured(truth: Path, clean: Path, refined: Path) -> Sample:
     source, known = read_bvh(clean).motion, read_truth(truth)
     chains = find_chains(source)
-    base = apply_protocol_options(source, chains, parse_protocol(known.protocol))
+    base = prepare_clean_motion_for_injection(source, chains, parse_protocol(known.protocol))
     try:
         return measure_corrected_clip(known, base, read_bvh(refined).motion, chains)
     except ClipMismatchError as error:

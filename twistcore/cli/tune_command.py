@@ -20,10 +20,10 @@ from twistcore.cli.output import (
 )
 from twistcore.detection import DETECTORS
 from twistcore.errors import TwistError
-from twistcore.export.exported_clips import without_exports
+from twistcore.export.exported_clips import exclude_previously_exported_clips
 from twistcore.files.ordinary import path_exists
 from twistcore.formats.clip_files import clip_paths_in_folder
-from twistcore.review.folder_sessions import FolderSessions, sessions_in
+from twistcore.review.folder_sessions import FolderSessions, session_files_by_clip
 from twistcore.skeleton.rig import AS_FOUND, Rig, read_rig
 from twistcore.tuning import (
     TauCurve,
@@ -36,8 +36,12 @@ from twistcore.tuning.common_tau import common_tau
 from twistcore.tuning.cost_words import format_repaired_share
 from twistcore.tuning.learned_profile import LearnedProfile, learned_profile
 from twistcore.tuning.tau_curve import ALARM_PRICE, SMALLEST_ERROR
-from twistcore.tuning.verdict_curve import ENOUGH_ERRORS, verdict_curve
-from twistcore.tuning.verdicts_of import JudgedClip, count_verdicts, read_judged_clip
+from twistcore.tuning.verdict_curve import ENOUGH_ERRORS, tau_curve_from_verdicts
+from twistcore.tuning.verdicts_of import (
+    JudgedClip,
+    count_accepted_and_rejected_intervals,
+    read_judged_clip,
+)
 from twistcore.work.processes import describe_failure, map_in_processes
 
 _SEEDS = 3  # number of random draws of errors
@@ -57,7 +61,11 @@ def _by_injection(arguments: argparse.Namespace) -> int:
         raise TwistError(
             "--performer requires --verdicts, because injected errors have no performer"
         )
-    paths = without_exports(clip_paths_in_folder(source)) if source.is_dir() else [source]
+    paths = (
+        exclude_previously_exported_clips(clip_paths_in_folder(source))
+        if source.is_dir()
+        else [source]
+    )
     if not paths:
         raise TwistError(f"{source}: expected a clip or a folder with clips")
     sessions = FolderSessions({}, ())
@@ -159,7 +167,7 @@ def _sessions_next_to(source: Path, paths: Sequence[Path]) -> FolderSessions:
     Raises TwistError if there are no sessions.
     """
     folder = source if source.is_dir() else source.parent
-    there = sessions_in(folder)
+    there = session_files_by_clip(folder)
     own = FolderSessions(
         {clip: session for clip, session in there.of.items() if clip in paths},
         tuple(one for one in there.damaged if one.clip in (*paths, folder)),
@@ -279,7 +287,7 @@ def _by_verdicts(arguments: argparse.Namespace) -> int:
         raise TwistError(
             "--seeds cannot be combined with --verdicts, because no errors are injected"
         )
-    there = sessions_in(folder)
+    there = session_files_by_clip(folder)
     pairs, problems = dict(there.of), [one.why for one in there.damaged]
     if not there.files:
         raise TwistError(f"{folder}: expected clips with sessions next to them, found none")
@@ -312,8 +320,8 @@ def _tell(
 ) -> int:
     """Write and print the profile. Raises TwistError if there are too few decisions."""
     found = common_tau(clips, *_price_and_smallest(arguments), seed=0)
-    errors, natural = count_verdicts(clips)
-    curve = verdict_curve(clips)
+    errors, natural = count_accepted_and_rejected_intervals(clips)
+    curve = tau_curve_from_verdicts(clips)
     if found.common is None and curve.enough:
         raise TwistError(f"{arguments.source}: {curve.one_sided_sentence}")
     if found.common is None:

@@ -13,14 +13,14 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 
 from twistcore.batch.inputs import Inputs, Source, find_input_clips
-from twistcore.cli.batch_command import local_output_folder, prepare_batch_processing
+from twistcore.cli.batch_command import permanent_local_output_folder, prepare_batch_processing
 from twistcore.cli.output import (
     Voice,
     count_with_noun,
     print_note,
     print_problem,
     print_progress,
-    use_output_voice,
+    use_output_verbosity,
 )
 from twistcore.errors import TwistError
 from twistcore.work.frozen import dataclass
@@ -121,7 +121,7 @@ class _Watch:
         if not folder.is_dir():
             raise TwistError(f"{self.arguments.folder}: expected a folder")
         inputs = find_input_clips(
-            [str(folder)], without=local_output_folder(self.arguments), may_be_none=True
+            [str(folder)], without=permanent_local_output_folder(self.arguments), may_be_none=True
         )
         look = compare_watched_clips(inputs.sources, self.before, self.done)
         self.before = {source.path: source.signature for source in inputs.sources}
@@ -133,7 +133,7 @@ class _Watch:
         """Process new and changed clips, and update the results. Return True if it ended early."""
         voice = self._voice()
         try:
-            with use_output_voice(voice):
+            with use_output_verbosity(voice):
                 if look.gone:
                     gone = (
                         f"{count_with_noun(len(look.gone), 'clip')} removed, such as "
@@ -160,7 +160,7 @@ class _Watch:
         if self.arguments.once or not later:
             raise error
         voice = self._voice()
-        with use_output_voice(voice):
+        with use_output_verbosity(voice):
             print_problem(" ".join(str(error).splitlines()))
         self.listed |= voice.listed
 

@@ -18,7 +18,7 @@ from twistcore.detection.all_joints.joint_steps import StepLimits
 from twistcore.detection.capture_faults import find_bursts
 from twistcore.detection.evidence import ChainSignals, usual_bend_side
 from twistcore.detection.finding import Found, KindSearch
-from twistcore.detection.interval import Interval, Kind, open_interval
+from twistcore.detection.interval import Interval, Kind, create_interval_without_offset
 from twistcore.detection.lone_jumps import find_lone_jumps
 from twistcore.detection.stretches import find_stretches
 from twistcore.skeleton.chain import Chain
@@ -120,7 +120,9 @@ def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
             if not _explained_by(_others(search, chain), start, stop):
                 joint, size = names[chain.child], math.radians(back)
                 evidence = {"joint": joint, "backward_deg": back, "limit_deg": hinge.limit}
-                one = open_interval(Kind.BACKWARD_BEND, own.name, start, stop, size, evidence)
+                one = create_interval_without_offset(
+                    Kind.BACKWARD_BEND, own.name, start, stop, size, evidence
+                )
                 found.setdefault(own.name, []).append(one)
     return found
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from twistcore.detection.all_joints.body_steps import BodyStep
 from twistcore.detection.finding import Found, KindSearch
 from twistcore.detection.frozen_frames import frozen_spans
-from twistcore.detection.interval import Interval, Kind, open_interval
+from twistcore.detection.interval import Interval, Kind, create_interval_without_offset
 from twistcore.detection.noise_bursts import NoiseBurst, noise_bursts
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.joint_owners import chain_limb_name, chain_of_joint
@@ -98,7 +98,9 @@ def frozen_intervals(
         chain = first[limb]
         joint = motion.skeleton.names[chain.parent]
         evidence = {"joint": joint, "part": limb, "seconds": (stop - start) / motion.fps}
-        found[chain.name].append(open_interval(Kind.FROZEN, chain.name, start, stop, 0.0, evidence))
+        found[chain.name].append(
+            create_interval_without_offset(Kind.FROZEN, chain.name, start, stop, 0.0, evidence)
+        )
     return {name: tuple(own) for name, own in found.items()}
 
 
@@ -125,7 +127,7 @@ def _burst(chain: str, span: Sequence[NoiseBurst], names: Sequence[str]) -> Inte
     }
     start, stop = min(b.start for b in span), max(b.stop for b in span)
     sigma = math.radians(most.degrees)
-    return open_interval(Kind.NOISE_BURST, chain, start, stop, sigma, evidence)
+    return create_interval_without_offset(Kind.NOISE_BURST, chain, start, stop, sigma, evidence)
 
 
 def frozen_spans_sentence(spans: int) -> str:

@@ -19,13 +19,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from twistcore.detection.consistency.chain_analysis import ConsistencyAnalysis
-from twistcore.detection.consistency.detector import analyse_chains
+from twistcore.detection.consistency.detector import analyse_counter_twists_of_chains
 from twistcore.detection.consistency.notated import NotatedAnalysis
 from twistcore.detection.evidence.chain_signals import (
     PACE,
     ChainSignals,
     Mask,
-    evict_oldest_entries,
+    evict_oldest_cache_entries,
 )
 from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.prediction import Index
@@ -79,7 +79,7 @@ class CarriedRolls:
         The result is cached.
         """
         if found not in self._rolls:
-            carried = is_carried(self.signals[found.chain], found)
+            carried = is_roll_carried_to_child(self.signals[found.chain], found)
             roll = replace(found, kind=Kind.CARRIED_ROLL, carried=True) if carried else None
             self._rolls[found] = roll
         return self._rolls[found]
@@ -98,15 +98,15 @@ class CarriedRollTest:
 
     def is_carried(self, chain: Chain, twist: Interval) -> bool:
         """Return True if the child rolls with the parent in a counter-twist of the chain."""
-        if not can_have_carried_rolls(chain):
+        if not can_carry_roll_to_child(chain):
             return False
         if chain.name not in self._signals:
-            known = evict_oldest_entries(self._signals, self.motion.frames, fewest=2)
+            known = evict_oldest_cache_entries(self._signals, self.motion.frames, fewest=2)
             known[chain.name] = ChainSignals.of(self.motion, chain)
-        return is_carried(self._signals[chain.name], twist)
+        return is_roll_carried_to_child(self._signals[chain.name], twist)
 
 
-def analyse_carried_rolls(
+def analyse_rolls_carried_to_child(
     motion: Motion, chains: Iterable[Chain], *, reuse: bool = False
 ) -> CarriedRolls:
     """Analyse the carried rolls of chains as far as possible without a threshold τ.
@@ -117,7 +117,7 @@ def analyse_carried_rolls(
     """
     signals = {}
     for chain in chains:
-        if can_have_carried_rolls(chain):
+        if can_carry_roll_to_child(chain):
             own = ChainSignals.of(motion, chain)
             if _has_edge(own):
                 signals[chain.name] = own.detached(), chain
@@ -128,14 +128,16 @@ def analyse_carried_rolls(
             rotations[:, chain.child] = signals[chain.name][0].unrolled
         # Without its roll, C's rotation turns P's bone axis to the direction of C's bone.
         as_twists = [replace(chain, arm=chain.axis) for chain in group]
-        analysis = analyse_chains(motion.with_rotations(rotations), as_twists, effort=_EFFORT)
+        analysis = analyse_counter_twists_of_chains(
+            motion.with_rotations(rotations), as_twists, effort=_EFFORT
+        )
         known |= dict.fromkeys((chain.name for chain in group), analysis.detached())
         for chain in group:
             rotations[:, chain.child] = signals[chain.name][0].q_child
     return CarriedRolls(known, {name: own for name, (own, _) in signals.items()})
 
 
-def can_have_carried_rolls(chain: Chain) -> bool:
+def can_carry_roll_to_child(chain: Chain) -> bool:
     """Return True if carried rolls can be found in a chain.
 
     The chain must have a grandchild joint, whose position determines the azimuth, and bones of
@@ -150,7 +152,7 @@ def bent_frames(motion: Motion, chain: Chain) -> Mask:
 
     The mask is False everywhere if carried rolls cannot be found in the chain.
     """
-    if not can_have_carried_rolls(chain):
+    if not can_carry_roll_to_child(chain):
         return np.zeros(motion.frames, dtype=bool)
     return np.asarray(ChainSignals.of(motion, chain).bend >= LEAST_BEND)
 
@@ -213,7 +215,7 @@ def _alike(x: ArrayLike, azimuth: ArrayLike, roll: ArrayLike) -> Mask:
     return np.asarray(back & along)
 
 
-def is_carried(signals: ChainSignals, found: Interval) -> bool:
+def is_roll_carried_to_child(signals: ChainSignals, found: Interval) -> bool:
     """Return True if a detected counter-twist is a carried roll.
 
     The limb must be bent throughout the interval, and the child must roll with the parent at every

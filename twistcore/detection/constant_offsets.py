@@ -111,7 +111,7 @@ def constant_offsets(motion: Motion, chains: Sequence[Chain]) -> tuple[ConstantO
     return (*by_side, *_offsets(legs, usual, at_rest, chains, exact=True))
 
 
-def offsets_from(
+def constant_offsets_from_other_take(
     motion: Motion, chains: Sequence[Chain], reference: Motion, name: str
 ) -> tuple[ConstantOffset, ...]:
     """Find the chains with a constant offset from another take of the same skeleton.

@@ -79,7 +79,7 @@ class HelperAnalysis:
         return any(abs(own[t]) > (1.0 - _EXPLAINED) * abs(interval.shown) for t in edges)
 
 
-def analyse_helpers(motion: Motion, helpers: Sequence[Helper]) -> HelperAnalysis:
+def analyse_helper_rolls(motion: Motion, helpers: Sequence[Helper]) -> HelperAnalysis:
     """Analyse the rolls of helpers as far as possible without a threshold τ."""
     if not helpers or motion.frames < 2:
         return HelperAnalysis({}, {})
@@ -108,7 +108,7 @@ def analyse_helpers(motion: Motion, helpers: Sequence[Helper]) -> HelperAnalysis
     return HelperAnalysis(known, own)
 
 
-def roll_curve(motion: Motion, helper: Helper) -> Array:
+def accumulated_helper_roll(motion: Motion, helper: Helper) -> Array:
     """Return the accumulated roll of a helper about its bone, in radians, (frames,)."""
     above = int(motion.skeleton.parents[helper.parent])
     q = motion.rotations[:, helper.parent]

@@ -15,7 +15,7 @@ from twistcore.skeleton.angles import circular_median
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-__all__ = ["Interval", "Kind", "circular_median", "open_interval"]
+__all__ = ["Interval", "Kind", "circular_median", "create_interval_without_offset"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,7 +226,7 @@ class Interval:
         return self.with_offset(start - low, self.offset[start - self.start : stop - self.start])
 
 
-def open_interval(
+def create_interval_without_offset(
     kind: Kind, chain: str, start: int, stop: int, residual: float, evidence: dict[str, Any]
 ) -> Interval:
     """Return an open interval without an offset. `residual` is in radians.

@@ -8,7 +8,7 @@ from twistcore.detection import Interval
 from twistcore.skeleton.rotation import Array, wrap
 
 
-def resized(interval: Interval, start: int, stop: int) -> Interval:
+def resized_interval(interval: Interval, start: int, stop: int) -> Interval:
     """Return a copy of the interval with frames [start, stop).
 
     An added frame has the same offset as the nearest frame of the interval.
@@ -23,7 +23,7 @@ def same_offsets(one: Interval, other: Interval) -> bool:
     return frames and np.allclose(one.offset, other.offset, atol=1e-12)
 
 
-def with_median_offset(interval: Interval, delta: float) -> Interval:
+def interval_with_given_median_offset(interval: Interval, delta: float) -> Interval:
     """Return the interval with its offset shifted so that the median is `delta`, in radians.
 
     If the error begins and ends gradually, its offset is scaled instead, so that the largest offset
@@ -34,12 +34,12 @@ def with_median_offset(interval: Interval, delta: float) -> Interval:
     return interval.with_offset(interval.start, wrap(interval.offset + (delta - interval.delta)))
 
 
-def with_constant_offset(interval: Interval) -> Interval:
+def with_offset_replaced_by_median(interval: Interval) -> Interval:
     """Return the interval with its offset replaced by the median offset in all frames."""
     return interval.with_offset(interval.start, np.full(interval.frames, interval.delta))
 
 
-def with_twist_straightening_offset(interval: Interval, theta_p: Array) -> Interval:
+def with_offset_making_twist_linear(interval: Interval, theta_p: Array) -> Interval:
     """Return the interval with offsets whose removal makes the parent's twist linear in time.
 
     The correction then removes all variation of the twist, such as drift or jitter.
@@ -54,11 +54,11 @@ def with_twist_straightening_offset(interval: Interval, theta_p: Array) -> Inter
     if interval.frames >= len(theta_p):
         return interval
     return interval.with_offset(
-        interval.start, angles_relative_to_neighbours(theta_p, interval.start, interval.stop)
+        interval.start, angles_relative_to_adjacent_frames(theta_p, interval.start, interval.stop)
     )
 
 
-def angles_relative_to_neighbours(theta: Array, start: int, stop: int) -> Array:
+def angles_relative_to_adjacent_frames(theta: Array, start: int, stop: int) -> Array:
     """Return the angles in [start, stop) relative to a line between the frames on either side.
 
     The line connects the angle in the frame before the span with the angle in the frame after it.
@@ -83,7 +83,7 @@ def angles_relative_to_neighbours(theta: Array, start: int, stop: int) -> Array:
     return wrap(theta[start:stop] - (before + wrap(behind - before) * share))
 
 
-def constant_interval(chain: str, start: int, stop: int, delta: float) -> Interval:
+def new_constant_offset_interval(chain: str, start: int, stop: int, delta: float) -> Interval:
     """Return an interval with the offset `delta`, in radians, in all frames."""
     offset: Array = np.full(stop - start, delta)
     return Interval(chain, start, stop, offset)

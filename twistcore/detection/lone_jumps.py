@@ -22,7 +22,11 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.joint_owners import chain_of_joint
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.notation import DistinctFrames, without_repeated_frames
-from twistcore.skeleton.own_axis import joint_world_rotations, own_bone_axis, twist_per_frame
+from twistcore.skeleton.own_axis import (
+    joint_world_rotations,
+    own_bone_axis,
+    twist_since_previous_frame,
+)
 from twistcore.skeleton.rotation import Array, conjugate, multiply, twist_angle
 from twistcore.skeleton.runs import runs_of_true
 
@@ -126,7 +130,7 @@ def _turns_too_fast(
         for joint, axis in axes.items():
             if axis is None:
                 continue
-            own = twist_per_frame(block.rotations[:, joint], axis)
+            own = twist_since_previous_frame(block.rotations[:, joint], axis)
             at = np.flatnonzero(possibly_too_fast_mask(own, motion.fps) & among[first:stop])
             if not len(at):
                 continue
@@ -151,7 +155,7 @@ def impossibly_fast_mask(in_world: Array, own: Array, fps: float) -> NDArray[np.
     """Return a mask of the frames in which a joint rotates about its axis impossibly fast.
 
     `in_world` and `own` are the rotation angles per frame in world space and relative to the
-    joint's parent, from :func:`twist_per_frame`, each of shape (frames,).
+    joint's parent, from :func:`twist_since_previous_frame`, each of shape (frames,).
     """
     return np.asarray(
         (np.abs(in_world) > largest_natural_turn(fps)) & possibly_too_fast_mask(own, fps)

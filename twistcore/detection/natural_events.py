@@ -93,7 +93,7 @@ def limb_flip_events(limbs: Sequence[Limb], found: Iterable[Interval]) -> list[N
     ]
 
 
-def names_with_events(
+def chains_and_limbs_with_events(
     skeleton: Skeleton,
     chains: Sequence[Chain],
     limbs: Sequence[Limb],

@@ -59,7 +59,7 @@ def noise_bursts(motion: Motion) -> tuple[NoiseBurst, ...]:
     return tuple(sorted(found, key=lambda b: (b.start, b.stop, b.joint)))
 
 
-def noise_near(motion: Motion, joints: Iterable[int]) -> Array:
+def largest_joint_and_ancestor_noise(motion: Motion, joints: Iterable[int]) -> Array:
     """Return the largest noise σ among the joints and their ancestors, in degrees, (frames,).
 
     The result is 0 in frames without a burst.
@@ -131,7 +131,7 @@ def _changes(turns: Array) -> Array:
     return out
 
 
-def burst_sentences(
+def detected_noise_burst_notes(
     count: int, outside: Iterable[NoiseBurst], names: Sequence[str]
 ) -> tuple[str, ...]:
     """Return the notes about the bursts of noise in a clip.
@@ -224,7 +224,7 @@ def _least_noise(sigma: Array) -> float:
     return max(_LEAST, _BEYOND * usual)
 
 
-def noise_curve(motion: Motion, joint: int) -> tuple[Array, float]:
+def joint_noise_and_burst_threshold(motion: Motion, joint: int) -> tuple[Array, float]:
     """Return the noise σ of a joint near each frame, (frames,), and the smallest σ of a burst.
 
     Both are in degrees. `motion` must not contain held frames.

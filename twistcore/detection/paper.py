@@ -35,23 +35,25 @@ class PaperAnalysis:
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
         """Return the intervals of a chain at threshold τ in radians, sorted by start."""
-        return intervals_of_offset(chain, running_offset(self.signals[chain], tau), tau)
+        return intervals_of_offset(
+            chain, paper_detector_running_offset(self.signals[chain], tau), tau
+        )
 
     def removed(self, chain: str, tau: float) -> Array:
         """Return the running offset that the paper's correction removes, radians, (frames,)."""
-        return running_offset(self.signals[chain], tau)
+        return paper_detector_running_offset(self.signals[chain], tau)
 
 
-def running_offset(signals: TwistSignals, tau: float) -> Array:
+def paper_detector_running_offset(signals: TwistSignals, tau: float) -> Array:
     """Return offset(t) = offset(t−1) + err(t), with err = sign(Δθp)·m where m ≥ τ [Choi26 §3.3.1].
 
     The offset is in radians, (frames,), and is not wrapped. It may not return to 0, because the
     errors of the estimates add up.
     """
-    return np.cumsum(paper_error_increments(signals.dtheta_p, signals.strength, tau))
+    return np.cumsum(paper_detector_error_increments(signals.dtheta_p, signals.strength, tau))
 
 
-def paper_error_increments(dtheta_p: ArrayLike, strength: ArrayLike, tau: float) -> Array:
+def paper_detector_error_increments(dtheta_p: ArrayLike, strength: ArrayLike, tau: float) -> Array:
     """Return err(t) = sign(Δθp)·m where m ≥ τ, and 0 elsewhere [Choi26 §3.3.1].
 
     `dtheta_p` contains Δθp and `strength` contains m, in radians. The result has their shape.
@@ -63,10 +65,10 @@ def paper_error_increments(dtheta_p: ArrayLike, strength: ArrayLike, tau: float)
 def intervals_of_offset(chain: str, offset: Array, tau: float) -> tuple[Interval, ...]:
     """Divide a chain's running offset into intervals that a person can judge.
 
-    `offset` is the result of :func:`running_offset`, and τ is in radians. An interval begins where
-    the offset changes, and it ends where the wrapped offset is below τ. The remaining offset is the
-    interval's residual and is not added to the next interval. An interval that does not close
-    extends to the last frame, and its residual is the offset there.
+    `offset` is the result of :func:`paper_detector_running_offset`, and τ is in radians. An
+    interval begins where the offset changes, and it ends where the wrapped offset is below τ. The
+    remaining offset is the interval's residual and is not added to the next interval. An interval
+    that does not close extends to the last frame, and its residual is the offset there.
     """
     found = []
     events = np.flatnonzero(np.diff(offset, prepend=0.0) != 0.0)

@@ -30,7 +30,7 @@ _DISTANCES = (1, 2, 3, 5)  # frames to the nearer neighbour for which the growth
 _GAPS = np.log(np.array([2.0 * k - 1.0 for k in _DISTANCES]))
 
 
-def half_scale_window_frames(fps: float) -> int:
+def residual_sigma_half_window_frames(fps: float) -> int:
     """Return half the length of the window in which the local scale is measured, in frames."""
     return max(WINDOW_FRAMES, round(WINDOW_SECONDS * fps))
 
@@ -70,7 +70,9 @@ def _box_sum(values: Array | Mask, half: int) -> Array:
     return sums
 
 
-def local_residual_scale(root: Array, good: Mask, half: int, least: float = FLOOR) -> Array:
+def local_sigma_of_increment_residuals(
+    root: Array, good: Mask, half: int, least: float = FLOOR
+) -> Array:
     """Return the local scale σ = 1.48·(mean √|r|)² of residuals r in each frame, in radians.
 
     The mean is over the good frames nearby. A few jumps have little effect on a mean of square
@@ -103,7 +105,7 @@ def local_residual_scale(root: Array, good: Mask, half: int, least: float = FLOO
     return np.maximum(mean, least, out=mean)
 
 
-def least_residual_scale(step: float) -> float:
+def smallest_increment_residual_sigma(step: float) -> float:
     """Return the smallest σ of an increment's residual, in radians.
 
     `step` is the rounding step of the angles in the file.
@@ -111,7 +113,7 @@ def least_residual_scale(step: float) -> float:
     return max(FLOOR, ROUNDED * step)
 
 
-def predict_between_keys(signals: Array, good: Mask, keys: Keys) -> Array:
+def predict_increments_between_linear_keys(signals: Array, good: Mask, keys: Keys) -> Array:
     """Predict the increments between two linear keys by their median.
 
     `signals` and the result are in radians and have the shape (2, chains, frames). `good` is the
@@ -321,7 +323,7 @@ class GapGrowth:
         return np.asarray(np.maximum.accumulate(growth / growth[..., :1], axis=-1))
 
 
-def sigma_growth_at_gaps(growth: Array, chain: Index, gap: Array) -> Array:
+def interpolate_sigma_growth_over_gaps(growth: Array, chain: Index, gap: Array) -> Array:
     """Return the factors by which σ grows for the given gap lengths, (2, n).
 
     Values between the measured gap lengths are interpolated on a log-log scale.

@@ -52,7 +52,7 @@ class Quantity:
 CurveOf = Callable[[KindSearch, Interval], Quantity | None]
 
 
-def quantity_of(search: KindSearch, interval: Interval) -> Quantity | None:
+def evidence_curve_of_interval(search: KindSearch, interval: Interval) -> Quantity | None:
     """Return the curve that shows why an interval is listed, or None if there is no such curve.
 
     Raises TwistError if the kind's function for the curve cannot be loaded, fails, or returns a

@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from twistcore.skeleton.motion import Motion
-from twistcore.skeleton.own_axis import own_bone_axis, twist_per_frame
+from twistcore.skeleton.own_axis import own_bone_axis, twist_since_previous_frame
 from twistcore.skeleton.rotation import (
     Array,
     geodesic_angle,
@@ -79,7 +79,7 @@ def own_bone_jump_angles(motion: Motion, joint: int, jumps: Sequence[int]) -> di
 def jump_angle_about(motion: Motion, joint: int, axis: Array, at: int) -> float:
     """Return the angle of a joint's jump in frame `at` about an axis, without natural motion."""
     first, last = max(at - 2, 0), min(at + 2, motion.frames)
-    turns = twist_per_frame(motion.rotations[first:last, joint], axis)[1:]
+    turns = twist_since_previous_frame(motion.rotations[first:last, joint], axis)[1:]
     own = at - 1 - first
     natural = min(np.delete(turns, own).tolist(), key=abs, default=0.0)
     return float(wrap(turns[own] - natural))
@@ -99,7 +99,7 @@ def is_calm_around(turns: Array, at: int) -> bool:
     return bool(np.abs(around).max(initial=0.0) <= CALM * abs(turns[at]))
 
 
-def is_confirmed_by_roll(roll: Array, at: int, turn: float, fps: float) -> bool:
+def is_jump_confirmed_by_roll(roll: Array, at: int, turn: float, fps: float) -> bool:
     """Return True if the roll on either side of a jump, continued to it, differs by its angle.
 
     Parameters

@@ -93,7 +93,9 @@ def _of_joints(motion: Motion, joints: range, width: int) -> Iterator[SmoothedSp
                 yield SmoothedSpan(joints[k], *span)
 
 
-def smoothed_sentences(spans: Iterable[SmoothedSpan], names: Sequence[str]) -> tuple[str, ...]:
+def detected_smoothed_span_notes(
+    spans: Iterable[SmoothedSpan], names: Sequence[str]
+) -> tuple[str, ...]:
     """Return the notes about smoothed spans, which must be sorted by start.
 
     Overlapping spans share a note. The first few notes are returned, followed by a note with the

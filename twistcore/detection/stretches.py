@@ -29,19 +29,23 @@ from twistcore.detection.lone_jumps import largest_natural_turn
 from twistcore.detection.roll_levels import (
     RollLevel,
     is_calm_around,
-    is_confirmed_by_roll,
+    is_jump_confirmed_by_roll,
     jump_angle_about,
     levels_without_natural_motion,
     own_bone_jump_angles,
     undoes_any,
 )
-from twistcore.detection.turned_ends import turned_end_spans
+from twistcore.detection.turned_ends import turned_limb_end_spans
 from twistcore.skeleton.angles import circular_mean
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.joint_owners import chain_of_joint
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.notation import without_repeated_frames
-from twistcore.skeleton.own_axis import own_bone_axis, roll_about_own_bone, twist_per_frame
+from twistcore.skeleton.own_axis import (
+    own_bone_axis,
+    roll_about_own_bone,
+    twist_since_previous_frame,
+)
 from twistcore.skeleton.rotation import (
     Array,
     geodesic_angle,
@@ -109,7 +113,7 @@ class _Clip:
         axis = own_bone_axis(self.motion.skeleton, joint)
         if axis is None:
             return []
-        turns = twist_per_frame(self.motion.rotations[:, joint], axis)
+        turns = twist_since_previous_frame(self.motion.rotations[:, joint], axis)
         jumps = self._too_fast(turns)
         slow = self._too_fast(turns, OFF) if largest_natural_turn(self.motion.fps) > OFF else []
         if 0 < len(slow) <= MOST_COMPARED:
@@ -119,7 +123,7 @@ class _Clip:
                 at: turn
                 for at, turn in slower.items()
                 if at in jumps
-                or (is_calm_around(turns, at) and is_confirmed_by_roll(roll, at, turn, fps))
+                or (is_calm_around(turns, at) and is_jump_confirmed_by_roll(roll, at, turn, fps))
             }
             undone = [at for at, turn in slower.items() if undoes_any(turn, sure.values())]
             jumps = sorted({*jumps, *sure, *undone})
@@ -131,7 +135,7 @@ class _Clip:
             return False
         axis = own_bone_axis(self.motion.skeleton, joint)
         assert axis is not None
-        turns = twist_per_frame(self.motion.rotations[:, joint], axis)
+        turns = twist_since_previous_frame(self.motion.rotations[:, joint], axis)
         return len(self._too_fast(turns)) <= MOST_JUMPS
 
     def levels(self, joint: int) -> list[RollLevel]:
@@ -162,7 +166,7 @@ class _Clip:
         sure = [
             at
             for at, turn in turns.items()
-            if is_confirmed_by_roll(roll, at, turn, self.motion.fps)
+            if is_jump_confirmed_by_roll(roll, at, turn, self.motion.fps)
         ]
         return levels_without_natural_motion(
             levels, turns, sure, shortest=self.shortest, frames=self.motion.frames
@@ -230,7 +234,7 @@ def find_stretches(search: KindSearch) -> Found:
 
 
 def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
-    clip, ends = search.once(_Clip.of), turned_end_spans(search)
+    clip, ends = search.once(_Clip.of), turned_limb_end_spans(search)
     found: dict[str, list[Interval]] = {}
     for joint, chain in clip.owner.items():
         if not clip.may_have_stretches(joint):
@@ -241,14 +245,14 @@ def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
             if (joint, start, stop) in ends:
                 continue
             turn = float(wrap(level.roll - usual))
-            one = stretch_interval(search, chain.name, joint, (start, stop), turn)
+            one = wrongly_rolled_joint_interval(search, chain.name, joint, (start, stop), turn)
             explain = partial(_explained, one.joint, turn, one.residual, by_rest=by_rest)
             one = replace(one, offset=np.zeros(one.frames), explain=explain)
             found.setdefault(chain.name, []).append(one)
     return found
 
 
-def stretch_interval(
+def wrongly_rolled_joint_interval(
     search: KindSearch, chain: str, joint: int, span: tuple[int, int], turn: float
 ) -> Interval:
     """Return a stretch of a joint over frames [start, stop), with its offset.
@@ -270,7 +274,7 @@ def stretch_interval(
     """
     clip, (start, stop) = search.once(_Clip.of), span
     edges = int(clip.at[start]), int(clip.at[stop - 1]) + 1
-    delta = stretch_angle_at_jumps(clip.motion, joint, edges, turn)
+    delta = roll_error_angle_at_jumps(clip.motion, joint, edges, turn)
     return Interval(
         chain,
         start,
@@ -343,7 +347,7 @@ def _alike(a: RollLevel, b: RollLevel) -> bool:
     return bool(abs(wrap(a.roll - b.roll)) <= ALIKE)
 
 
-def stretch_angle_at_jumps(
+def roll_error_angle_at_jumps(
     motion: Motion, joint: int, edges: tuple[int, int], turn: float
 ) -> float:
     """Return the angle of a stretch in radians, measured at the jumps at its edges.

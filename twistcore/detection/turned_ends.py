@@ -24,7 +24,7 @@ import numpy as np
 from twistcore.detection.all_joints.joint_steps import LONGEST
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.finding import Found, KindSearch
-from twistcore.detection.interval import Interval, Kind, open_interval
+from twistcore.detection.interval import Interval, Kind, create_interval_without_offset
 from twistcore.skeleton.joint_owners import nearest_chain_by_joint
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.rotation import Array, conjugate, geodesic_angle, multiply, slerp
@@ -43,7 +43,7 @@ def find_turned_ends(search: KindSearch) -> Found:
     return found
 
 
-def edge_jump_rotations(rotations: Array) -> tuple[Array, Array]:
+def jump_rotations_at_interval_borders(rotations: Array) -> tuple[Array, Array]:
     """Return the rotations by which a joint jumps at the start and the end of an interval.
 
     Parameters
@@ -63,12 +63,15 @@ def edge_jump_rotations(rotations: Array) -> tuple[Array, Array]:
     return multiply(conjugate(before), first), multiply(conjugate(after), last)
 
 
-def halfway_edge_rotation(turns: tuple[Array, Array]) -> Array:
-    """Return the rotation halfway between the two results of :func:`edge_jump_rotations`, (4,)."""
+def mean_of_interval_border_jumps(turns: tuple[Array, Array]) -> Array:
+    """Return the rotation, (4,), halfway between the rotations at both ends of an interval.
+
+    `turns` are the results of :func:`jump_rotations_at_interval_borders`.
+    """
     return slerp(*turns, 0.5)
 
 
-def turned_end_spans(search: KindSearch) -> frozenset[tuple[int, int, int]]:
+def turned_limb_end_spans(search: KindSearch) -> frozenset[tuple[int, int, int]]:
     """Return (joint index, start, stop) for each turned end."""
     every = (one for own in find_turned_ends(search).values() for one in own)
     return frozenset((search.joint_of(one), one.start, one.stop) for one in every)
@@ -98,21 +101,23 @@ def _turned_ends(search: KindSearch) -> Iterator[Interval]:
         if not inside or cut[start] or cut[stop] or end not in owner:
             continue
         edges = motion.rotations[[start - 1, start, stop - 1, stop], end]
-        if _smaller(edge_jump_rotations(edges)) < SMALLEST:
+        if _smaller(jump_rotations_at_interval_borders(edges)) < SMALLEST:
             continue  # the captured end does not jump: the flip may be a false alarm
         frames = search.without([flip])
         edges = np.concatenate([frames(at - 1, at + 1).rotations[:, end] for at in (start, stop)])
-        turns = edge_jump_rotations(edges)
+        turns = jump_rotations_at_interval_borders(edges)
         apart = float(geodesic_angle(*turns))
         if _smaller(turns) < SMALLEST or apart > APART:
             continue
-        turn = float(geodesic_angle(halfway_edge_rotation(turns), _STILL))
+        turn = float(geodesic_angle(mean_of_interval_border_jumps(turns), _STILL))
         evidence = {
             "joint": motion.skeleton.names[end],
             "turn_deg": math.degrees(turn),
             "apart_deg": math.degrees(apart),
         }
-        one = open_interval(Kind.TURNED_END, owner[end].name, start, stop, turn, evidence)
+        one = create_interval_without_offset(
+            Kind.TURNED_END, owner[end].name, start, stop, turn, evidence
+        )
         yield replace(one, carried=True)
 
 

@@ -174,7 +174,7 @@ def largest_deviation(a: Motion, b: Motion) -> Deviation:
     return Deviation(degrees, names[joint], int(frame), way, way / b.skeleton.height)
 
 
-def move_to_json(move: JointMove) -> dict[str, Any]:
+def joint_position_change_to_json(move: JointMove) -> dict[str, Any]:
     """Return the change of a joint's position as JSON data."""
     return {
         "joint": move.joint,
@@ -198,5 +198,5 @@ def difference_to_json(difference: Difference, a: str, b: str) -> dict[str, Any]
         "max_position": difference.max_position,
         "max_position_of_height": difference.max_position_of_height,
         "changed_position_channels": difference.moved_channels,
-        "moved": [move_to_json(move) for move in difference.moved],
+        "moved": [joint_position_change_to_json(move) for move in difference.moved],
     }

@@ -25,7 +25,7 @@ _DOCUMENTS = (REPLAY_SUFFIX, _REPORT_SUFFIX)
 _HEAD = 200_000  # bytes to read from the start of a clip, more than any known skeleton needs
 
 
-def find_exported_clips(clips: Iterable[Path]) -> dict[Path, str]:
+def find_exports_and_their_sources(clips: Iterable[Path]) -> dict[Path, str]:
     """Return the clips that this program exported, each with the file name of its source.
 
     The source is named in the session that replays the clip, or in the clip's report. A clip that
@@ -42,10 +42,13 @@ def find_exported_clips(clips: Iterable[Path]) -> dict[Path, str]:
     }
 
 
-def without_exports(clips: Iterable[Path]) -> list[Path]:
-    """Return the clips that are not exports (:func:`find_exported_clips`), in the same order."""
+def exclude_previously_exported_clips(clips: Iterable[Path]) -> list[Path]:
+    """Return the clips that are not exports, in the same order.
+
+    See :func:`find_exports_and_their_sources`.
+    """
     paths = list(clips)
-    exported = find_exported_clips(paths)
+    exported = find_exports_and_their_sources(paths)
     return [path for path in paths if path not in exported]
 
 
@@ -53,7 +56,7 @@ def find_exports_in_folder(folder: Path | str, clips: Collection[str]) -> dict[s
     """Return the sources of the exports among the clips of one folder, keyed by name.
 
     Only clips that have a session or report, or the name of an export, are examined (see
-    :func:`find_exported_clips`).
+    :func:`find_exports_and_their_sources`).
     """
     names, found = frozenset(clips), {}
     try:
@@ -78,7 +81,7 @@ def find_exports_in_folder(folder: Path | str, clips: Collection[str]) -> dict[s
     return found
 
 
-def clip_of_session(session: Path) -> str:
+def clip_name_from_session_file(session: Path) -> str:
     """Return the file name of the clip that a session names, or ''."""
     with suppress(OSError):
         status = session.stat()

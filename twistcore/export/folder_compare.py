@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from twistcore.errors import ClipMismatchError, TwistError
-from twistcore.export.compare import Difference, compare_motions, move_to_json
+from twistcore.export.compare import Difference, compare_motions, joint_position_change_to_json
 from twistcore.files.ordinary import read_file
 from twistcore.formats.clip_files import clips_by_name, fifos_and_devices_in
 from twistcore.formats.reading import read_clip
@@ -152,7 +152,7 @@ def _clip_to_json(name: str, difference: Difference) -> dict[str, Any]:
         "joints": list(joints.values()),
         "max_position_of_height": difference.max_position_of_height,
         "changed_position_channels": difference.moved_channels,
-        "moved": [move_to_json(move) for move in difference.moved],
+        "moved": [joint_position_change_to_json(move) for move in difference.moved],
     }
 
 

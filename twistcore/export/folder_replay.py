@@ -10,16 +10,20 @@ from functools import cached_property
 from pathlib import Path, PurePath
 
 from twistcore.errors import FormatError, TwistError
-from twistcore.export.exported_clips import find_exported_clips
-from twistcore.files.atomic import write_atomically, write_companions
+from twistcore.export.exported_clips import find_exports_and_their_sources
+from twistcore.files.atomic import write_atomically, write_missing_companion_files
 from twistcore.files.document_values import parsed_json, read_bytes_limited
 from twistcore.files.encoding import json_text
 from twistcore.files.marks import cached_sha256
 from twistcore.files.ordinary import check_no_links, path_exists, real_path
-from twistcore.formats.clip import ChannelJump, patch_clip
+from twistcore.formats.clip import ChannelJump, create_file_patch_for_motion
 from twistcore.formats.clip_files import clips_by_name
-from twistcore.review.folder_sessions import read_sessions
-from twistcore.review.replay import replay_session, uncorrected_sentences, unknown_kind_sentences
+from twistcore.review.folder_sessions import read_sessions_in_folder
+from twistcore.review.replay import (
+    replay_session,
+    uncorrected_and_moved_joint_sentences,
+    unknown_error_kind_sentences,
+)
 from twistcore.work.frozen import dataclass
 
 WRITTEN = "applied.jsonl"  # a file in the output folder that lists the written clips
@@ -80,7 +84,7 @@ class Replayed:
     jumps
         Jumps of channels that could not be avoided.
     left, beside
-        Sentences returned by :func:`twistcore.review.replay.uncorrected_sentences`.
+        Sentences returned by :func:`twistcore.review.replay.uncorrected_and_moved_joint_sentences`.
     """
 
     sha256: str
@@ -92,7 +96,7 @@ class Replayed:
     beside: tuple[str, ...]
 
 
-def pair_sessions(sessions: Path, clips: Path, output: Path) -> Pairs:
+def pair_sessions_with_clips(sessions: Path, clips: Path, output: Path) -> Pairs:
     """Pair every session in a folder and its subfolders with its clip.
 
     A session belongs to the clip whose name and contents match those stored in the session or, if
@@ -117,12 +121,12 @@ def pair_sessions(sessions: Path, clips: Path, output: Path) -> Pairs:
         there = {
             n: p for n, p in there.items() if not (real_path(clips) / n).is_relative_to(inside)
         }
-    exported = find_exported_clips(there.values())
+    exported = find_exports_and_their_sources(there.values())
     exports = {name for name, path in there.items() if path in exported}
     files = _Clips(there, exports)
     problems: list[str] = []
     found: dict[str, list[Path]] = defaultdict(list)
-    for path, session in read_sessions(sessions, below=True):
+    for path, session in read_sessions_in_folder(sessions, below=True):
         if isinstance(session, TwistError):
             problems.append(str(session))
             continue
@@ -210,7 +214,7 @@ def write_replayed_clip(output: Path, own: Mapping[str, str], pair: SessionClip)
         :func:`twistcore.review.replay.replay_session`.
     """
     replay = replay_session(pair.session, pair.clip)
-    patch = patch_clip(replay.clip, replay.motion)
+    patch = create_file_patch_for_motion(replay.clip, replay.motion)
     path = output / pair.name
     check_no_links(output, path.parent)
     mark, before = hashlib.sha256(patch.data).hexdigest(), ""
@@ -222,16 +226,16 @@ def write_replayed_clip(output: Path, own: Mapping[str, str], pair: SessionClip)
             )
     if before != mark:
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_companions(replay.clip.companions, path.parent)
+        write_missing_companion_files(replay.clip.companions, path.parent)
         write_atomically(path, patch.data)
     chosen, state = replay.session.state.chosen(), replay.session.state
-    left, beside = uncorrected_sentences(replay.clip, replay.chains, chosen)
-    left += unknown_kind_sentences(replay.clip, state)
+    left, beside = uncorrected_and_moved_joint_sentences(replay.clip, replay.chains, chosen)
+    left += unknown_error_kind_sentences(replay.clip, state)
     repairable = sum(judged.counts for judged in state.intervals)
     return Replayed(mark, before != mark, len(chosen), repairable, patch.jumps, left, beside)
 
 
-def read_replayed_clip_hashes(output: Path) -> dict[str, str]:
+def read_recorded_hashes_of_exports(output: Path) -> dict[str, str]:
     """Return the SHA-256 of the files that this command wrote into a folder, keyed by name.
 
     Raises TwistError if the list of these files cannot be read.
@@ -252,7 +256,7 @@ def read_replayed_clip_hashes(output: Path) -> dict[str, str]:
     return own
 
 
-def add_replayed_clip_hash(output: Path, name: str, sha256: str) -> None:
+def record_hash_of_exported_clip(output: Path, name: str, sha256: str) -> None:
     """Add a clip to the list of files that this command wrote into a folder. Raises OSError."""
     path = output / WRITTEN
     new = not path_exists(path)

@@ -20,7 +20,7 @@ from twistcore.skeleton.body import find_body
 from twistcore.skeleton.motion import Motion
 
 
-def read_joint_map(path: Path) -> Mapping[str, str]:
+def read_joint_names_for_export(path: Path) -> Mapping[str, str]:
     """Read new joint names, keyed by old name, from a JSON object or a CSV with two columns.
 
     Raises FormatError if the file is neither, and TwistError if it cannot be read.

@@ -1,1 +1,1 @@
-"""Read and write files safely: kinds of files, encodings, documents, locks and checksums."""
+"""Read and write files safely: encodings, documents, locks, checksums and remote files."""

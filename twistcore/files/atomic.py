@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import IO
 
 from twistcore.errors import TwistError
-from twistcore.files.lock import lock_file, lock_file_strictly
+from twistcore.files.lock import lock_file, lock_file_requiring_support
 from twistcore.files.ordinary import path_exists, read_file
 
 STANDARD_OUTPUT = Path("/dev/stdout")  # means standard output, even if there is no such file
@@ -243,7 +243,7 @@ def _remove_left(part: Path) -> None:
     except OSError:
         return
     try:
-        if lock_file_strictly(handle) and _is_at(part, handle):
+        if lock_file_requiring_support(handle) and _is_at(part, handle):
             part.unlink()
     finally:
         os.close(handle)
@@ -304,7 +304,7 @@ def first_unused_path(path: Path, suffix: str = "") -> Path:
     return free
 
 
-def write_companions(companions: Mapping[str, bytes], folder: Path) -> None:
+def write_missing_companion_files(companions: Mapping[str, bytes], folder: Path) -> None:
     """Write files into a folder, unless they already exist there with the same bytes.
 
     `companions` contains the bytes of the files, keyed by name. Raises TwistError before writing

@@ -30,7 +30,7 @@ def lock_file(handle: int) -> bool:
     return True
 
 
-def lock_file_strictly(handle: int) -> bool:
+def lock_file_requiring_support(handle: int) -> bool:
     """Lock an open file. Return False if it is already locked, or if locks are not supported."""
     try:
         _lock(handle)

@@ -76,7 +76,7 @@ def is_file(path: Path | str) -> bool:
     return os.path.isfile(path)  # noqa: PTH113
 
 
-def user_folder(find: Callable[[], Path]) -> Path:
+def user_folder_or_uncreatable_path(find: Callable[[], Path]) -> Path:
     """Return one of the user's folders, such as the cache folder.
 
     `find` is the function of platformdirs that returns the folder. If there is no home folder, a

@@ -9,7 +9,7 @@ from typing import Any
 from twistcore.errors import TwistError
 
 
-def find_remote(url: str, *, may_be_none: bool = False) -> Iterator[tuple[str, str, int]]:
+def list_remote_files(url: str, *, may_be_none: bool = False) -> Iterator[tuple[str, str, int]]:
     """Yield the URL, relative name (with '/') and size in bytes of each file at or below a URL.
 
     Set `may_be_none` to True if a URL without files is not an error. Raises TwistError if fsspec is
@@ -31,7 +31,7 @@ def find_remote(url: str, *, may_be_none: bool = False) -> Iterator[tuple[str, s
         raise _refused(url, error) from None
 
 
-def read_remote(url: str) -> bytes:
+def read_remote_file(url: str) -> bytes:
     """Return the bytes of the file at a URL. Raises TwistError if it cannot be read."""
     files, path = _opened(url)
     try:
@@ -43,7 +43,7 @@ def read_remote(url: str) -> bytes:
     return data
 
 
-def write_remote(url: str, data: bytes) -> None:
+def write_remote_file(url: str, data: bytes) -> None:
     """Write bytes to a URL, atomically if possible. Raises TwistError if they cannot be written."""
     files, path = _opened(url)
     try:

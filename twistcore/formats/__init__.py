@@ -1,1 +1,1 @@
-"""Read and write clips. Each file format has a subpackage."""
+"""Read, rewrite and write clips. Each file format has a subpackage: BVH, AMC, NPZ, SMPL poses."""

@@ -13,10 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.errors import TwistError
-from twistcore.files.atomic import is_stream, same_file, write_atomically, write_companions
+from twistcore.files.atomic import (
+    is_stream,
+    same_file,
+    write_atomically,
+    write_missing_companion_files,
+)
 from twistcore.formats.suffixes import clip_suffix, unsupported_suffix_message
 from twistcore.skeleton.motion import Motion, Skeleton, check_motion
-from twistcore.skeleton.notation import angle_step
+from twistcore.skeleton.notation import rounding_step_of_angles
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
@@ -188,7 +193,7 @@ class Clip(ABC):
     def motion(self) -> Motion:
         """The clip's motion, computed on first use."""
         angles = (self.angles(joint) for joint in range(len(self.skeleton)))
-        return replace(self.read_motion(), angle_step=angle_step(angles))
+        return replace(self.read_motion(), angle_step=rounding_step_of_angles(angles))
 
     @abstractmethod
     def read_motion(self) -> Motion:
@@ -255,7 +260,7 @@ def changed_rotations(clip: Clip, motion: Motion) -> NDArray[np.bool_]:
     return changed
 
 
-def patch_clip(clip: Clip, motion: Motion) -> Patch:
+def create_file_patch_for_motion(clip: Clip, motion: Motion) -> Patch:
     """Return the file's bytes, with all rotations and positions replaced by those of `motion`.
 
     Numbers that do not differ keep their bytes.
@@ -334,8 +339,8 @@ def write_clip(
             f"{path}: expected a file other than the clip's own source (set "
             "replace_source=True to replace it)"
         )
-    patch = patch_clip(clip, motion)
+    patch = create_file_patch_for_motion(clip, motion)
     if not is_stream(path):
-        write_companions(clip.companions, path.parent)
+        write_missing_companion_files(clip.companions, path.parent)
     write_atomically(path, patch.data)
     return patch.jumps

@@ -1,4 +1,4 @@
-"""QuaMo: track or smooth noisy motion [Le26], including poses of the SMPL skeleton.
+"""QuaMo: track or smooth noisy motion [Le26], with gains set by hand or by a network.
 
 `Tracker` tracks a stream of poses, and `track` tracks a clip, both causally. `track_both_ways`
 tracks a whole clip without lag.

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from twistcore.detection.noise_bursts import noise_bursts
-from twistcore.quamo.pieces import capture_spans
+from twistcore.quamo.pieces import frame_ranges_between_cuts
 from twistcore.quamo.spline import default_spline_cutoff, rotations_smoothed_by_spline
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.runs import group_overlapping_spans
@@ -34,7 +34,7 @@ def noise_burst_cutoff(dt: float) -> float:
     return min(_CUTOFF, default_spline_cutoff(dt))
 
 
-def noisy_spans(motion: Motion) -> tuple[NoisySpan, ...]:
+def noise_burst_spans_to_smooth(motion: Motion) -> tuple[NoisySpan, ...]:
     """Return the frames of each joint that should be smoothed, sorted by start.
 
     If noise bursts of several joints overlap or nearly overlap, the same frames are smoothed in all
@@ -49,7 +49,7 @@ def noisy_spans(motion: Motion) -> tuple[NoisySpan, ...]:
     return tuple(found)
 
 
-def smooth_spans(
+def smooth_noise_burst_spans(
     motion: Motion, spans: Iterable[NoisySpan], cutoff: float | None = None, *, first: int = 0
 ) -> Motion:
     """Return the motion with smoothed rotations in the given spans.
@@ -60,7 +60,7 @@ def smooth_spans(
     """
     cutoff = noise_burst_cutoff(motion.frame_time) if cutoff is None else cutoff
     rotations = motion.rotations.copy()
-    captures = capture_spans(motion, first)
+    captures = frame_ranges_between_cuts(motion, first)
     for span in spans:
         for start, stop in captures:
             own = max(span.start, start) - start, min(span.stop, stop) - start

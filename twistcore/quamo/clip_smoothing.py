@@ -9,14 +9,25 @@ from twistcore.detection import Interval
 from twistcore.detection.cuts import count_leading_rest_frames
 from twistcore.errors import TwistError
 from twistcore.files.document_values import shorten_foreign_message
-from twistcore.quamo.bursts import NoisySpan, noise_burst_cutoff, noisy_spans, smooth_spans
+from twistcore.quamo.bursts import (
+    NoisySpan,
+    noise_burst_cutoff,
+    noise_burst_spans_to_smooth,
+    smooth_noise_burst_spans,
+)
 from twistcore.quamo.spline import check_spline_cutoff
-from twistcore.quamo.track_clip import TrackedMotion, select_writable_joints, smooth_clip
+from twistcore.quamo.track_clip import (
+    TrackedMotion,
+    select_joints_with_rotation_channels,
+    smooth_captures_with_spline,
+)
 from twistcore.quamo.tracking_settings import Tracking
 from twistcore.skeleton.motion import Motion
 
 
-def burst_tracking(motion: Motion, interval: Interval, known: Tracking | None) -> Tracking | None:
+def settings_to_smooth_noise_bursts(
+    motion: Motion, interval: Interval, known: Tracking | None
+) -> Tracking | None:
     """Return settings that smooth the noise bursts in an interval, in addition to those in `known`.
 
     All joints with noise in the interval's frames are smoothed, each only in the frames of its
@@ -24,10 +35,10 @@ def burst_tracking(motion: Motion, interval: Interval, known: Tracking | None) -
     noise.
     """
     names, index = motion.skeleton.names, motion.skeleton.index
-    able = set(select_writable_joints(motion.skeleton, None).tolist())
+    able = set(select_joints_with_rotation_channels(motion.skeleton, None).tolist())
     bursts = {
         (span.joint, span.start, span.stop)
-        for span in noisy_spans(motion)
+        for span in noise_burst_spans_to_smooth(motion)
         if span.joint in able and span.start < interval.stop and interval.start < span.stop
     }
     if not bursts:
@@ -42,7 +53,7 @@ def burst_tracking(motion: Motion, interval: Interval, known: Tracking | None) -
     )
 
 
-def check_smoothing(motion: Motion, tracking: Tracking) -> None:
+def check_smoothing_fits_motion(motion: Motion, tracking: Tracking) -> None:
     """Raise TwistError if a motion cannot be smoothed with these settings."""
     check_spline_cutoff(tracking.cutoff, motion.frame_time)
     for name, start, stop in tracking.bursts:
@@ -63,8 +74,10 @@ def smoothed_motion(motion: Motion, joints: NDArray[np.int64], tracking: Trackin
     if tracking.bursts:
         index = motion.skeleton.index
         spans = [NoisySpan(index(name), start, stop) for name, start, stop in tracking.bursts]
-        made = smooth_spans(motion, spans, tracking.cutoff, first=first)
+        made = smooth_noise_burst_spans(motion, spans, tracking.cutoff, first=first)
     else:
-        made = smooth_clip(motion, joints, tracking.cutoff, place=tracking.place, first=first)
+        made = smooth_captures_with_spline(
+            motion, joints, tracking.cutoff, place=tracking.place, first=first
+        )
     none = np.zeros(motion.rotations.shape[:2], dtype=np.bool_)
     return TrackedMotion(made, none, none, (), np.zeros(0), joints)

@@ -14,21 +14,21 @@ from twistcore.detection.cuts import count_leading_rest_frames
 from twistcore.errors import TwistError
 from twistcore.files.document_values import shorten_foreign_message
 from twistcore.formats.smpl.skeleton import find_network_joints, metres_per_unit
-from twistcore.quamo.clip_smoothing import check_smoothing, smoothed_motion
+from twistcore.quamo.clip_smoothing import check_smoothing_fits_motion, smoothed_motion
 from twistcore.quamo.network import Network, read_network
 from twistcore.quamo.stability import check_stability
 from twistcore.quamo.state_space import Gains
 from twistcore.quamo.track_clip import (
     TrackedMotion,
     check_position_trackable,
+    select_joints_with_rotation_channels,
     select_network_joints,
-    select_writable_joints,
     track_with_hand_gains,
     track_with_network,
 )
 from twistcore.quamo.tracker import Step
 from twistcore.quamo.tracking_settings import Tracking
-from twistcore.quamo.weights import default_network_path
+from twistcore.quamo.weights import default_gain_network_path
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, vector_lengths
 from twistcore.work.frozen import dataclass
@@ -77,12 +77,12 @@ def network_weights_identifier() -> str:
 
     The identifier consists of 16 digits of their SHA-256.
     """
-    return hashlib.sha256(default_network_path().read_bytes()).hexdigest()[:16]
+    return hashlib.sha256(default_gain_network_path().read_bytes()).hexdigest()[:16]
 
 
 @cache
 def _network() -> Network:
-    return read_network(default_network_path())
+    return read_network(default_gain_network_path())
 
 
 def supports_learned_tracking(motion: Motion) -> bool:
@@ -98,13 +98,13 @@ def supports_learned_tracking(motion: Motion) -> bool:
     return bool(motion.positioned and motion.positioned[0] == topology.joints[0])
 
 
-def check_tracking(motion: Motion, tracking: Tracking) -> None:
+def check_tracking_fits_motion(motion: Motion, tracking: Tracking) -> None:
     """Raise TwistError if a motion cannot be tracked with these settings."""
     joints = _joints(motion, tracking)
     if tracking.place:
         check_position_trackable(motion, learned=tracking.learned)
     if tracking.spline:
-        check_smoothing(motion, tracking)
+        check_smoothing_fits_motion(motion, tracking)
         return
     if not tracking.learned:
         check_stability(_gains(tracking, motion.frame_time), motion.frame_time)
@@ -123,12 +123,13 @@ def check_tracking(motion: Motion, tracking: Tracking) -> None:
 def tracked_motion(motion: Motion, tracking: Tracking, tell: Tell | None = None) -> Motion:
     """Return the motion after tracking. T-pose frames at the start are not tracked.
 
-    `tell` is called with the completed share, 0…1. Raises TwistError as in :func:`check_tracking`.
+    `tell` is called with the completed share, 0…1. Raises TwistError as in
+    :func:`check_tracking_fits_motion`.
     """
     return _tracked(motion, tracking, tell or ignore_progress, keep_steps=False).motion
 
 
-def traced_motion(
+def track_motion_with_internal_values(
     motion: Motion, tracking: Tracking, tell: Tell | None = None
 ) -> tuple[Motion, Traces]:
     """Return the tracked motion, and the internal values of the tracker at every step.
@@ -148,7 +149,7 @@ def traced_motion(
 
 
 def _tracked(motion: Motion, tracking: Tracking, tell: Tell, *, keep_steps: bool) -> TrackedMotion:
-    check_tracking(motion, tracking)
+    check_tracking_fits_motion(motion, tracking)
     joints = _joints(motion, tracking)
     if tracking.spline:
         return smoothed_motion(motion, joints, tracking)
@@ -172,7 +173,7 @@ def _tracked(motion: Motion, tracking: Tracking, tell: Tell, *, keep_steps: bool
 def _joints(motion: Motion, tracking: Tracking) -> NDArray[np.int64]:
     if not tracking.joints:  # only the position is tracked
         return np.zeros(0, dtype=np.int64)
-    return select_writable_joints(motion.skeleton, tracking.joints)
+    return select_joints_with_rotation_channels(motion.skeleton, tracking.joints)
 
 
 def _gains(tracking: Tracking, dt: float) -> Gains:

@@ -28,7 +28,7 @@ from twistcore.quamo.state_space import (
     NETWORK_DT,
     Gains,
     canonical_vector_part,
-    reference_increment,
+    tracker_reference_rotation_step,
 )
 from twistcore.quamo.tracker import Controller, State
 from twistcore.skeleton.rotation import Array, conjugate, exponential, multiply
@@ -120,8 +120,8 @@ class NetworkController(Controller):
         if len(self._q) < 2:
             return super().start(q_hat, r_hat)
         w = self.network.weights
-        cos, sin = root_heading(q_hat[..., 0, :])
-        rate = 2.0 * reference_increment(self._q[1], self._q[0]) / NETWORK_DT
+        cos, sin = root_heading_cosine_and_sine(q_hat[..., 0, :])
+        rate = 2.0 * tracker_reference_rotation_step(self._q[1], self._q[0]) / NETWORK_DT
         speed = (self._r[1] - self._r[0]) / NETWORK_DT
         inputs = np.concatenate(
             [
@@ -163,7 +163,7 @@ def control_network_inputs(
     w: Mapping[str, Float32], state: State, q_hat: Array, r_hat: Array
 ) -> tuple[Array, tuple[Array, Array]]:
     """Return the inputs of ControlNet, (…, CONTROL_INPUTS), and the heading (cos ψ, sin ψ)."""
-    cos, sin = root_heading(state.q[..., 0, :])
+    cos, sin = root_heading_cosine_and_sine(state.q[..., 0, :])
     error = canonical_vector_part(multiply(q_hat, conjugate(state.q)))
     inputs = np.concatenate(
         [
@@ -218,7 +218,7 @@ def standardise_pose_inputs(w: Mapping[str, Float32], pose: Array) -> Array:
     return (pose - w["pose.mean"]) / w["pose.scale"]
 
 
-def root_heading(root: Array) -> tuple[Array, Array]:
+def root_heading_cosine_and_sine(root: Array) -> tuple[Array, Array]:
     """Return (cos ψ, sin ψ) of the heading ψ, the direction of the root's z axis on the ground.
 
     `root` contains the rotations of the root, (…, 4).
@@ -295,7 +295,7 @@ def network_weight_shapes(width: int, init_width: int) -> dict[str, tuple[int, .
     return shapes
 
 
-def untrained_network(
+def initial_gain_network_for_training(
     width: int, init_width: int, rng: np.random.Generator, variant: str
 ) -> Network:
     """Return a network to train. Its hidden layers are random, and it outputs the hand-tuned gains.
@@ -325,7 +325,7 @@ def untrained_network(
     return Network(weights, variant)
 
 
-def write_network(network: Network, path: Path) -> None:
+def write_gain_network_weights(network: Network, path: Path) -> None:
     """Write the weights of a network as float16, atomically.
 
     Writing the same network again produces the same bytes.

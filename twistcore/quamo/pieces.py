@@ -11,7 +11,7 @@ from twistcore.detection.cuts import find_cuts
 from twistcore.skeleton.motion import Motion
 
 
-def capture_starts_after(motion: Motion, first: int) -> NDArray[np.int64]:
+def capture_start_frames_after(motion: Motion, first: int) -> NDArray[np.int64]:
     """Return the frames after `first` at which a new capture begins, in ascending order.
 
     These are the frames from :func:`find_cuts <twistcore.detection.cuts.find_cuts>`, which include
@@ -20,13 +20,13 @@ def capture_starts_after(motion: Motion, first: int) -> NDArray[np.int64]:
     return first + 1 + np.flatnonzero(find_cuts(motion)[first + 1 :])
 
 
-def capture_spans(motion: Motion, first: int) -> tuple[tuple[int, int], ...]:
+def frame_ranges_between_cuts(motion: Motion, first: int) -> tuple[tuple[int, int], ...]:
     """Split a motion at its cuts, and return the frames [start, stop) of each capture.
 
     Frames before `first` are ignored. Most clips have only one capture. A single frame next to a
     cut is not a capture, and neither is a rest pose that is held until the end of the clip.
     """
-    borders = [first, *capture_starts_after(motion, first).tolist(), motion.frames]
+    borders = [first, *capture_start_frames_after(motion, first).tolist(), motion.frames]
     found = list(pairwise(borders))
     if len(found) == 1:
         return tuple(found)

@@ -39,7 +39,7 @@ def tracking_overshoots(gains: Gains, dt: float) -> tuple[float, float]:
     return max(float(turned.max() / _STEP) - 1.0, 0.0), max(float(found.r.max()) - 1.0, 0.0)
 
 
-def describe_lag_and_overshoot(name: str, late: float, over: float) -> str:
+def describe_tracker_lag_and_overshoot(name: str, late: float, over: float) -> str:
     """Describe the lag and the overshoot of a causal pass in words.
 
     `name` is the name of the tracked quantity, `late` is its lag in seconds, and `over` is its

@@ -115,8 +115,8 @@ def angular_acceleration(
     q_hat
         The reference of the step, shape (…, joints, 4).
     curvature
-        The change of the result of :func:`reference_increment` since the previous step, (…, joints,
-        3).
+        The change of the result of :func:`tracker_reference_rotation_step` since the previous step,
+        (…, joints, 3).
     gains
         The gains of the step.
     dt
@@ -133,7 +133,7 @@ def angular_acceleration(
     )
 
 
-def reference_increment(q_hat: Array, before: Array) -> Array:
+def tracker_reference_rotation_step(q_hat: Array, before: Array) -> Array:
     """Return vec(±(q̂ ⊗ q̂_before*)) of a step of the reference, (…, 4) → (…, 3).
 
     For a step by the angle θ, this is the axis of the step times sin(θ/2).

@@ -19,7 +19,7 @@ from twistcore.files.encoding import escape_control_characters
 from twistcore.formats.smpl.skeleton import find_network_joints, metres_per_unit
 from twistcore.quamo.both_ways import track_both_ways
 from twistcore.quamo.network import Network
-from twistcore.quamo.pieces import capture_spans
+from twistcore.quamo.pieces import frame_ranges_between_cuts
 from twistcore.quamo.resample import (
     apply_sample_corrections,
     interpolate_poses_at_times,
@@ -70,7 +70,9 @@ class TrackedMotion:
     joints: NDArray[np.int64]
 
 
-def select_writable_joints(skeleton: Skeleton, names: Sequence[str] | None) -> NDArray[np.int64]:
+def select_joints_with_rotation_channels(
+    skeleton: Skeleton, names: Sequence[str] | None
+) -> NDArray[np.int64]:
     """Return the indices of the named joints, or of all joints that can be written.
 
     A joint can be written if it has three rotation channels. Raises TwistError if a named joint
@@ -144,7 +146,7 @@ def check_position_trackable(motion: Motion, *, learned: bool = False) -> None:
         )
 
 
-def untracked_names(
+def untracked_rotating_and_moving_joints(
     motion: Motion, joints: NDArray[np.int64], placed: int | None
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the names of the joints that rotate or move but are not tracked.
@@ -172,7 +174,7 @@ def _moving(motion: Motion) -> list[int]:
 def _largest_way(motion: Motion, values: Array) -> Array:
     """Return the largest range of values within a capture, (frames, n, components) → (n,)."""
     way = np.zeros(values.shape[1])
-    for start, stop in capture_spans(motion, count_leading_rest_frames(motion)):
+    for start, stop in frame_ranges_between_cuts(motion, count_leading_rest_frames(motion)):
         way = np.maximum(way, np.ptp(values[start:stop], axis=0).max(axis=-1, initial=0.0))
     return way
 
@@ -201,8 +203,8 @@ def track_with_hand_gains(
     gains
         The gains, by default :meth:`Gains.by_hand` for the frame rate.
     causal
-        If False, each capture (see :func:`capture_spans`) is tracked forward and backward with
-        :func:`track_both_ways`.
+        If False, each capture (see :func:`frame_ranges_between_cuts`) is tracked forward and
+        backward with :func:`track_both_ways`.
     place
         If True, the position of :func:`find_figure_position_joint` is tracked as well.
     first
@@ -261,8 +263,8 @@ def track_with_network(
     unit
         The length of one unit of the clip in metres, by default CMU's unit.
     causal
-        If False, each capture (see :func:`capture_spans`) is tracked forward and backward, with an
-        initial state from the network at either end.
+        If False, each capture (see :func:`frame_ranges_between_cuts`) is tracked forward and
+        backward, with an initial state from the network at either end.
     place
         If True, the position of the root is tracked as well (see :func:`check_position_trackable`).
     first, keep_steps, tell
@@ -300,7 +302,7 @@ def track_with_network(
     return _tracked(motion, spans, run, able, topology.joints, placed, tell or ignore_progress)
 
 
-def smooth_clip(
+def smooth_captures_with_spline(
     motion: Motion,
     joints: NDArray[np.int64],
     cutoff: float | None = None,
@@ -318,7 +320,7 @@ def smooth_clip(
     dt, placed = motion.frame_time, find_figure_position_joint(motion) if place else None
     cutoff = default_spline_cutoff(dt) if cutoff is None else cutoff
     parts = []
-    for start, stop in capture_spans(motion, first):
+    for start, stop in frame_ranges_between_cuts(motion, first):
         q = rotations_smoothed_by_spline(motion.rotations[start:stop, joints], cutoff, dt)
         r = np.zeros((stop - start, 3))
         if placed is not None:
@@ -352,7 +354,7 @@ def _spans(motion: Motion, first: int, causal: bool) -> tuple[tuple[int, int], .
 
     A causal pass is not split, because it does not know where the cuts are.
     """
-    return ((first, motion.frames),) if causal else capture_spans(motion, first)
+    return ((first, motion.frames),) if causal else frame_ranges_between_cuts(motion, first)
 
 
 def _tracked(

@@ -22,7 +22,7 @@ from twistcore.quamo.state_space import (
     next_quaternion,
     next_translation,
     next_velocity,
-    reference_increment,
+    tracker_reference_rotation_step,
 )
 from twistcore.skeleton.rotation import Array, normalise
 from twistcore.skeleton.runs import runs_of_true
@@ -184,7 +184,7 @@ class Stepper:
         assert self._lost is not None
         state = self._state
         q_hat = align_hemisphere(q_hat, state.q)
-        delta = reference_increment(q_hat, self._before)
+        delta = tracker_reference_rotation_step(q_hat, self._before)
         curvature = 0.0 if self._delta is None else delta - self._delta
         gains = self._controller.gains(state, q_hat, r_hat, dt)
         parts = angular_acceleration(state.q, state.omega, q_hat, curvature, gains, dt)
@@ -291,7 +291,7 @@ def describe_joint_resets(
     )
 
 
-def describe_diverging_passes(apart: NDArray[np.bool_], names: Sequence[str]) -> str:
+def describe_diverging_tracker_passes(apart: NDArray[np.bool_], names: Sequence[str]) -> str:
     """Return a sentence about joints whose rotations in the two passes differ by over 90°, or ''.
 
     `apart` is the mask of these joints, (frames, joints), and `names` contains the names of the

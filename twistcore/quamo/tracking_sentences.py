@@ -6,16 +6,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from twistcore.quamo.pieces import capture_starts_after
+from twistcore.quamo.pieces import capture_start_frames_after
 from twistcore.quamo.response import (
-    describe_lag_and_overshoot,
+    describe_tracker_lag_and_overshoot,
     steady_tracking_lags,
     tracking_overshoots,
 )
 from twistcore.quamo.state_space import Gains
 from twistcore.quamo.track_clip import TrackedMotion
 from twistcore.quamo.tracker import (
-    describe_diverging_passes,
+    describe_diverging_tracker_passes,
     describe_frames,
     describe_joint_resets,
 )
@@ -27,10 +27,10 @@ SPLINE_WAY = (
 )
 
 
-def cuts_as_text(motion: Motion, first: int) -> str:
+def capture_cuts_as_text(motion: Motion, first: int) -> str:
     """Return text such as 'cuts at frames 120, 300–305' (305 excluded), or '' without cuts."""
     cut = np.zeros(motion.frames, dtype=np.bool_)
-    cut[capture_starts_after(motion, first)] = True
+    cut[capture_start_frames_after(motion, first)] = True
     return f"cut{'' if cut.sum() == 1 else 's'} at {describe_frames(cut)}" if cut.any() else ""
 
 
@@ -56,15 +56,15 @@ def tracking_lag_sentence(causal: bool, gains: Gains | None, dt: float, *, place
     for name, late, over in zip(
         what, steady_tracking_lags(gains, dt), tracking_overshoots(gains, dt), strict=False
     ):
-        words += f"; {describe_lag_and_overshoot(name, late, over)}"
+        words += f"; {describe_tracker_lag_and_overshoot(name, late, over)}"
     return words
 
 
-def tracking_loss_sentences(
+def lost_tracking_sentences(
     found: TrackedMotion, names: Sequence[str], *, causal: bool
 ) -> list[str]:
     """Return sentences about the frames in which the tracker did not follow its input."""
-    apart = describe_diverging_passes(found.apart, names)
+    apart = describe_diverging_tracker_passes(found.apart, names)
     return [
         *describe_joint_resets(found.snapped, names, causal=causal),
         *([apart] if apart else []),

@@ -10,11 +10,11 @@ WEIGHTS = _PACKAGED if _PACKAGED.is_dir() else _IN_CHECKOUT
 FINAL = "none"  # stands for the held-out subject of the network trained on all subjects
 
 
-def network_weights_name(variant: str, subject: str, seed: int = 0) -> str:
+def gain_network_file_name(variant: str, subject: str, seed: int = 0) -> str:
     """Return the file name of a network, given its variant, held-out subject and random seed."""
     return f"{variant}-{'all' if subject == FINAL else f'without-{subject}'}-{seed}.npz"
 
 
-def default_network_path() -> Path:
+def default_gain_network_path() -> Path:
     """Return the path of the default network: the full variant, trained on all subjects."""
-    return WEIGHTS / network_weights_name("full", FINAL)
+    return WEIGHTS / gain_network_file_name("full", FINAL)

@@ -122,7 +122,7 @@ class WorseRow:
     after: float
 
 
-def sum_protected_measures(
+def sum_correction_effects_on_measures(
     motion: Motion,
     chains: Sequence[Chain],
     applied: Sequence[Interval],
@@ -185,7 +185,7 @@ def joint_changes(before: Motion, after: Motion, difference: Difference) -> tupl
     return tuple(out)
 
 
-def check_fidelity(clip: Clip, refined: Motion, written: Path) -> FidelityCheck:
+def check_fidelity_of_written_clip(clip: Clip, refined: Motion, written: Path) -> FidelityCheck:
     """Read a written file and compare it with its source.
 
     `refined` is the corrected motion. Raises TwistError if the file cannot be read or has a

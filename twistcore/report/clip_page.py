@@ -15,7 +15,7 @@ from twistcore.errors import TwistError
 from twistcore.export.compare import compare_motions
 from twistcore.export.detection_json import intervals_to_json
 from twistcore.report.changes import (
-    check_fidelity,
+    check_fidelity_of_written_clip,
     detect_remaining_errors,
     joint_changes,
 )
@@ -25,7 +25,7 @@ from twistcore.report.page_templates import render_page_template
 from twistcore.report.picture_job import SIZE, Drawn
 from twistcore.report.worst_finds import interval_page_data, player_page_data, worst_intervals
 from twistcore.skeleton.notes import NOT_EXAMINED, UNEXAMINED
-from twistcore.skeleton.rotation import largest_and_rms
+from twistcore.skeleton.rotation import largest_and_rms_angle_degrees
 from twistcore.work.frozen import dataclass
 
 
@@ -103,7 +103,7 @@ def _decisions(
     """Return the JSON entry of each interval, with further data that the page shows."""
     out = []
     for row, one in zip(document["intervals"], report.state.intervals, strict=True):
-        largest, rms = largest_and_rms(one.interval.offset)
+        largest, rms = largest_and_rms_angle_degrees(one.interval.offset)
         more = {
             "max_deg": largest,
             "rms_deg": rms,
@@ -126,7 +126,7 @@ def _changes(report: Report) -> dict[str, Any]:
     kept, trouble = None, ""
     if report.written is not None:
         try:
-            kept = check_fidelity(report.clip, report.refined, report.written)
+            kept = check_fidelity_of_written_clip(report.clip, report.refined, report.written)
         except TwistError as error:
             trouble = str(error)
     left = report.left

@@ -103,7 +103,7 @@ def _other_clip(listing: Path, clip: Clip) -> str:
     return of if of != clip.name and mark != clip.sha256 else ""
 
 
-def has_mismatched_report(folder: Path, name: str, clip: Clip) -> bool:
+def has_report_on_different_clip(folder: Path, name: str, clip: Clip) -> bool:
     """Return True if the existing report is about a file with the clip's name but other bytes.
 
     That file may be an earlier version of the clip or a clip from another folder. The two cases

@@ -14,14 +14,17 @@ import numpy as np
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.correction.twist_removal import children_off_axis, joints_lacking_channels
 from twistcore.detection import Interval, Kind
-from twistcore.export.compare import Difference, compare_motions, move_to_json
+from twistcore.export.compare import Difference, compare_motions, joint_position_change_to_json
 from twistcore.files.encoding import csv_text
 from twistcore.files.version import __version__
 from twistcore.formats.clip import Clip
 from twistcore.quamo.track_clip import find_figure_position_joint
-from twistcore.report.changes import MeasureSum, sum_protected_measures
+from twistcore.report.changes import MeasureSum, sum_correction_effects_on_measures
 from twistcore.review.model import APPLIED, SEEN, Decision, Judged, ReviewState
-from twistcore.review.replay import uncorrected_sentences, unknown_kind_sentences
+from twistcore.review.replay import (
+    uncorrected_and_moved_joint_sentences,
+    unknown_error_kind_sentences,
+)
 from twistcore.review.session import tracking_to_json
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
@@ -143,7 +146,9 @@ class Report:
     def protected(self) -> tuple[MeasureSum, ...]:
         """Return how the corrections changed each protected measure (:class:`MeasureSum`)."""
         finds = [j.interval for j in self.state.intervals if j.interval.repairable]
-        return sum_protected_measures(self.clip.motion, self.chains, self.applied, finds)
+        return sum_correction_effects_on_measures(
+            self.clip.motion, self.chains, self.applied, finds
+        )
 
     @property
     def not_corrected(self) -> tuple[str, ...]:
@@ -151,8 +156,10 @@ class Report:
 
         The sentences do not contain folder names.
         """
-        sentences, _ = uncorrected_sentences(self.clip, self.chains, self.state.chosen())
-        sentences += unknown_kind_sentences(self.clip, self.state)
+        sentences, _ = uncorrected_and_moved_joint_sentences(
+            self.clip, self.chains, self.state.chosen()
+        )
+        sentences += unknown_error_kind_sentences(self.clip, self.state)
         return tuple(sentence.removeprefix(f"{self.clip.path}: ") for sentence in sentences)
 
     def verdict(self, judged: Judged) -> str:
@@ -213,7 +220,7 @@ def report_to_json(report: Report) -> dict[str, Any]:
             "max_deg": max((j.max_degrees for j in difference.joints), default=0.0),
             "max_position_of_height": difference.max_position_of_height,
             "moved": [
-                move_to_json(move) | {"why": _why_moved(report, move.joint)}
+                joint_position_change_to_json(move) | {"why": _why_moved(report, move.joint)}
                 for move in difference.moved
             ],
             "rest_of_height": difference.rest_of_height,

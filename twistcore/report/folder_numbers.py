@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from twistcore.analysis.clip_severity import percent_affected, unexamined_limb_sentences
+from twistcore.analysis.clip_severity import percent_of_frames_with_error, unexamined_limb_sentences
 from twistcore.batch.manifest import ClipRecord
 from twistcore.detection import Kind
 
@@ -81,7 +81,7 @@ class ClipRow:
     @property
     def share(self) -> float:
         """Return the percentage of affected frames."""
-        return percent_affected(self.affected, self.frames)
+        return percent_of_frames_with_error(self.affected, self.frames)
 
 
 @dataclass
@@ -188,7 +188,7 @@ class FolderNumbers:
     @property
     def share(self) -> float:
         """Return the percentage of affected frames."""
-        return percent_affected(self.affected, self.frames)
+        return percent_of_frames_with_error(self.affected, self.frames)
 
     def an_hour(self, kind: str) -> float:
         """Return the number of intervals of a kind per hour of motion."""

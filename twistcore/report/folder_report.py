@@ -20,7 +20,7 @@ from twistcore.report.document import Report, report_to_json
 from twistcore.report.folder_numbers import FolderNumbers, worst_first
 from twistcore.report.folder_page import GENERATOR, clip_page_from_manifest, folder_page_html
 from twistcore.report.picture_job import NOT_INSTALLED, Drawn, Figure, draw_figures
-from twistcore.report.recorded_clip import report_from_manifest
+from twistcore.report.recorded_clip import clip_report_from_batch_record
 from twistcore.report.worst_finds import worst_intervals_figure
 from twistcore.work.processes import describe_failure, map_in_processes
 from twistcore.work.progress import Counter, silent_clip_progress
@@ -185,7 +185,7 @@ def _write_pages(
 
 
 def _read_again(record: ClipRecord, folder: Path) -> Report | Exception:
-    return _tried(partial(report_from_manifest, record, folder))
+    return _tried(partial(clip_report_from_batch_record, record, folder))
 
 
 def _tried(make: Callable[[], Made]) -> Made | Exception:

@@ -154,7 +154,7 @@ def draw_figures(
         return [Drawn(problem=NOT_INSTALLED)] * len(figures)
     with tempfile.TemporaryDirectory(prefix="twist-pictures-") as name:
         folder = Path(name)
-        write_picture_job(folder, figures)
+        write_report_picture_job(folder, figures)
         problem = _run(
             [*python, *parent_bound_module_command(PROGRAM, name)[1:]], _TO_START + _TO_DRAW * total
         )
@@ -215,7 +215,7 @@ def player_path(folder: Path, figure: int) -> Path:
 # -- the files of a job ----------------------------------------------------------------------------
 
 
-def write_picture_job(folder: Path, figures: Sequence[Figure]) -> None:
+def write_report_picture_job(folder: Path, figures: Sequence[Figure]) -> None:
     """Write figures into a folder, for :func:`read_picture_job`."""
     for k, figure in enumerate(figures):
         motion = figure.motion
@@ -247,7 +247,8 @@ def write_picture_job(folder: Path, figures: Sequence[Figure]) -> None:
 
 
 def read_picture_job(folder: Path) -> tuple[tuple[int, int], list[Figure]]:
-    """Return the picture size (width, height) and the figures that :func:`write_picture_job` wrote.
+    """Return the picture size (width, height) and the figures that :func:`write_report_picture_job`
+    wrote.
 
     Raises ValueError if the files have a different schema.
     """

@@ -21,7 +21,7 @@ from twistcore.skeleton.own_words import add_user_joint_words
 from twistcore.skeleton.rig import AS_FOUND, rig_from_json
 
 
-def report_from_manifest(record: ClipRecord, folder: Path) -> Report:
+def clip_report_from_batch_record(record: ClipRecord, folder: Path) -> Report:
     """Return the report on a processed clip of a batch folder.
 
     The report contains the decisions in the clip's session or, if there is none, those of the

@@ -19,7 +19,7 @@ def is_clip_report_json(path: Path) -> bool:
     return bool(read_report_json(path))
 
 
-def report_difference(a: Path, b: Path) -> dict[str, Any]:
+def compare_report_files(a: Path, b: Path) -> dict[str, Any]:
     """Return the differences between the intervals in two versions of a report, as JSON data.
 
     `a` and `b` are the JSON files of the earlier and the later version. Two intervals are the same

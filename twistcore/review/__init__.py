@@ -1,4 +1,4 @@
-"""Review the detected intervals of a clip and decide which of them are errors.
+"""Review intervals: propose, edit and decide on them, store sessions, and apply the decisions.
 
 The package contains the state of a review, its commands with undo and redo, the journal that
 protects it from a crash, and the session file that stores it.

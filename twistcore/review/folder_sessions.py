@@ -60,7 +60,7 @@ class FolderSessions:
         return (*self.of.values(), *(one.path for one in self.damaged))
 
 
-def sessions_in(folder: Path) -> FolderSessions:
+def session_files_by_clip(folder: Path) -> FolderSessions:
     """Return the session file of each clip in a folder.
 
     If a clip has several sessions, the newest one for the clip's current content is chosen, or the
@@ -68,7 +68,7 @@ def sessions_in(folder: Path) -> FolderSessions:
     """
     found: dict[Path, list[tuple[Path, str]]] = {}
     damaged: list[Damaged] = []
-    for path, session in read_sessions(folder):
+    for path, session in read_sessions_in_folder(folder):
         if isinstance(session, TwistError):
             damaged.append(Damaged(path, _meant_for(path) or folder, str(session)))
             continue
@@ -79,7 +79,7 @@ def sessions_in(folder: Path) -> FolderSessions:
     return FolderSessions(of, tuple(damaged))
 
 
-def read_sessions(
+def read_sessions_in_folder(
     folder: Path, *, below: bool = False
 ) -> Iterator[tuple[Path, Session | TwistError]]:
     """Yield each session file in a folder with its session, or with the error from reading it.

@@ -59,7 +59,7 @@ from twistcore.review.session import (
     interval_to_json,
     judged_from_json,
     judged_to_json,
-    needs_both_ways_schema,
+    needs_newer_session_schema,
     session_document,
     session_from_document,
     tau_from_json,
@@ -135,7 +135,7 @@ class Journal:
 
     def do(self, command: Command) -> None:
         """Record a command that was run successfully."""
-        self.append(command_to_json(command))
+        self.append(review_command_to_json(command))
 
     def append(self, entry: Mapping[str, Any]) -> None:
         """Write an entry. If this fails, keep the entry for later and raise OSError."""
@@ -372,19 +372,19 @@ _FORMS: Mapping[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
 _NAMES = {"tau": "tau_deg"}
 
 
-def command_to_json(command: Command) -> dict[str, Any]:
+def review_command_to_json(command: Command) -> dict[str, Any]:
     """Return a command as a dict of its fields, in which the key "do" names the command."""
     fields = {_NAMES.get(k, k): _FORMS[k][0](v) for k, v in vars(command).items()}
     verb = type(command).__name__
     if verb == _DECIDE and not fields["reason"]:
         del fields["reason"]
-    if isinstance(command, Track) and needs_both_ways_schema(command.tracking):
+    if isinstance(command, Track) and needs_newer_session_schema(command.tracking):
         verb = _SPLINE if command.tracking and command.tracking.spline else _BOTH_WAYS
     return {"do": verb, **fields}
 
 
 def command_from_json(entry: Any) -> Command:
-    """Convert a dict from :func:`command_to_json` to a command. Raises FormatError."""
+    """Convert a dict from :func:`review_command_to_json` to a command. Raises FormatError."""
     kind: Any = _KINDS[check_choice(check_keys(entry, "do")["do"], "do", _KINDS)]
     # The first journals did not have these fields.
     entry = {"same_clip": False, "in_bulk": False, "what": "", **entry}

@@ -11,9 +11,16 @@ import numpy as np
 from twistcore.analysis.correction.joint_repairs import interval_joint_index, remove_joint_roll
 from twistcore.detection import Interval, Kind
 from twistcore.detection.finding import KindSearch
-from twistcore.detection.interval_offsets import angles_relative_to_neighbours, constant_interval
+from twistcore.detection.interval_offsets import (
+    angles_relative_to_adjacent_frames,
+    new_constant_offset_interval,
+)
 from twistcore.detection.limb_flips import BENT, LimbFlips
-from twistcore.detection.stretches import find_stretches, roll_deviation, stretch_interval
+from twistcore.detection.stretches import (
+    find_stretches,
+    roll_deviation,
+    wrongly_rolled_joint_interval,
+)
 from twistcore.skeleton.angles import circular_median
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.motion import Motion
@@ -64,11 +71,11 @@ def interval_with_proposed_offset(
     The offset is the median of the parent's twist θp in the interval, relative to a line between
     the frames before and after the interval.
     """
-    level = median(angles_relative_to_neighbours(signals.theta_p, start, stop))
-    return constant_interval(chain, start, stop, level)
+    level = median(angles_relative_to_adjacent_frames(signals.theta_p, start, stop))
+    return new_constant_offset_interval(chain, start, stop, level)
 
 
-def proposed_flip(limb: LimbFlips, frame: int) -> Interval:
+def propose_limb_flip_at_frame(limb: LimbFlips, frame: int) -> Interval:
     """Return a limb flip between the nearest jumps before and after a frame.
 
     If there is no jump of 25° or more within half a second, the interval is 0.1 s long. The offset
@@ -80,17 +87,22 @@ def proposed_flip(limb: LimbFlips, frame: int) -> Interval:
     start = int(near[near <= frame].max(initial=-1))
     stop = int(near[near > frame].min(initial=len(limb.departures)))
     stop = stop if stop < len(limb.departures) else -1
-    return limb_flip_in_frames(
+    return propose_limb_flip_in_frames(
         limb, *_both_edges(start, stop, frame, len(limb.departures), limb.fps)
     )
 
 
-def limb_flip_in_frames(limb: LimbFlips, start: int, stop: int) -> Interval:
-    """Return a limb flip in frames [start, stop), with an offset as in :func:`proposed_flip`."""
-    level = circular_median(angles_relative_to_neighbours(limb.swivel.angle, start, stop))
+def propose_limb_flip_in_frames(limb: LimbFlips, start: int, stop: int) -> Interval:
+    """Return a limb flip in frames [start, stop).
+
+    The offset is that of :func:`propose_limb_flip_at_frame`.
+    """
+    level = circular_median(angles_relative_to_adjacent_frames(limb.swivel.angle, start, stop))
     if median(limb.swivel.height[start:stop]) < BENT:
         level = float(limb.departures[start])
-    flip = replace(constant_interval(limb.limb.name, start, stop, level), kind=Kind.LIMB_FLIP)
+    flip = replace(
+        new_constant_offset_interval(limb.limb.name, start, stop, level), kind=Kind.LIMB_FLIP
+    )
     return replace(flip, carried=limb.end_carried(start, flip.offset))
 
 
@@ -134,13 +146,13 @@ def _stretch_at(
             return None
         span = min(reversed(spans), key=lambda span: span[1] - span[0])
         turn = jump.residual if span[0] == jump.start else -jump.residual
-        return stretch_interval(search, jump.chain, joint, span, turn)
+        return wrongly_rolled_joint_interval(search, jump.chain, joint, span, turn)
     levels = {span: off[slice(*span)] for span in spans}
     turns = {span: circular_median(own[np.isfinite(own)]) for span, own in levels.items()}
     span, turn = max(turns.items(), key=lambda item: abs(item[1]))
     if abs(turn) < 0.5 * abs(jump.residual):
         return None
-    made = stretch_interval(search, jump.chain, joint, span, turn)
+    made = wrongly_rolled_joint_interval(search, jump.chain, joint, span, turn)
     removed = jump.kind == Kind.LONE_JUMP or _removes(search, made, jump)
     return made if removed else None
 
@@ -175,7 +187,7 @@ def _spike_at(motion: Motion, joint: int, jump: Interval) -> Interval | None:
             way = slerp(own[start - 1], own[stop], 0.5)
             off = float(geodesic_angle(own[(start + stop) // 2], way))
             return replace(
-                constant_interval(jump.chain, start, stop, off),
+                new_constant_offset_interval(jump.chain, start, stop, off),
                 open=True,
                 residual=off,
                 kind=Kind.SPIKE,

@@ -10,7 +10,9 @@ from twistcore.detection import Interval, Kind
 from twistcore.review.model import Judged, ReviewState
 
 
-def redetected_intervals(analysis: ClipAnalysis, state: ReviewState) -> tuple[Interval, ...]:
+def intervals_detected_at_review_tau(
+    analysis: ClipAnalysis, state: ReviewState
+) -> tuple[Interval, ...]:
     """Return the intervals that the review's detector finds at the review's τ.
 
     Chains that the detector has not examined yet are skipped, so the function returns quickly.

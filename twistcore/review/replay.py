@@ -16,7 +16,7 @@ from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.files.document_values import format_value_for_message
 from twistcore.formats.clip import Clip
 from twistcore.formats.reading import read_clip
-from twistcore.quamo.clip_tracking import check_tracking, tracked_motion
+from twistcore.quamo.clip_tracking import check_tracking_fits_motion, tracked_motion
 from twistcore.review import Decision, ReviewState, Session, read_session
 from twistcore.review.interrupted_export import interrupted_export_sentence
 from twistcore.skeleton.chain import Chain, uncorrectable_joints
@@ -78,7 +78,7 @@ def replay_session(session_path: Path, clip_path: Path) -> Replay:
     return Replay(session, clip, chains, accepted_motion(clip, chains, session.state), notes)
 
 
-def uncorrected_sentences(
+def uncorrected_and_moved_joint_sentences(
     clip: Clip, chains: Sequence[Chain], chosen: Sequence[Interval]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return sentences about uncorrectable intervals and about joints that corrections also move.
@@ -108,7 +108,7 @@ def uncorrected_sentences(
     return left, tuple(moved)
 
 
-def unknown_kind_sentences(clip: Clip, state: ReviewState) -> tuple[str, ...]:
+def unknown_error_kind_sentences(clip: Clip, state: ReviewState) -> tuple[str, ...]:
     """Return a sentence if accepted intervals have a kind that this version does not know."""
     accepted = (j.interval.kind for j in state.intervals if j.decision == Decision.ACCEPTED)
     unknown = [kind for kind in accepted if not kind.known]
@@ -203,7 +203,7 @@ def check_session_fits_clip(session: Session, clip: Clip, chains: Sequence[Chain
             raise ClipMismatchError(f"{clip.path}: an interval ends after the clip's last frame")
     if session.state.tracking is not None:
         try:
-            check_tracking(clip.motion, session.state.tracking)
+            check_tracking_fits_motion(clip.motion, session.state.tracking)
         except TwistError as error:
             raise ClipMismatchError(
                 f"{clip.path}: the session uses tracking, but {error}"

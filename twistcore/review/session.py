@@ -106,7 +106,7 @@ def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
     newer features.
     """
     tracking = state.tracking
-    otherwise = needs_both_ways_schema(tracking)
+    otherwise = needs_newer_session_schema(tracking)
     kinds = otherwise or bool(state.rig) or _needs_kinds(clip, state)
     document = {
         "schema": LIMBS_SCHEMA if kinds else SCHEMA,
@@ -318,7 +318,7 @@ def tau_from_json(entry: Any) -> dict[str, float]:
     }
 
 
-def needs_both_ways_schema(tracking: Tracking | None) -> bool:
+def needs_newer_session_schema(tracking: Tracking | None) -> bool:
     """Return True if tracking includes the position, or runs forward and backward in time.
 
     The first program versions with tracking would ignore these settings, so a session with them

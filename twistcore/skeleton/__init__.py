@@ -1,1 +1,1 @@
-"""Skeletons and their motion: rotations, chains, limbs, people and twist signals."""
+"""Skeletons and their motion: rotations, angles, chains, limbs, people, names and twist signals."""

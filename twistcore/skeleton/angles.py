@@ -29,7 +29,7 @@ def wrap_degrees(degrees: Array) -> Array:
     return np.asarray(shifted - 180.0)
 
 
-def angle_about(axis: Array, a: Array, b: Array) -> Array:
+def vector_angles_about_axis(axis: Array, a: Array, b: Array) -> Array:
     """Return the angles from vectors a to b about a unit axis that is perpendicular to both.
 
     All vectors have the shape (n, 3), and the angles are in radians, (n,).

@@ -21,8 +21,8 @@ from twistcore.skeleton.body import (
     LimbLine,
     bone_offset,
     find_body,
-    is_offset_long_enough,
-    minimum_offset_length,
+    has_bone_offset_direction,
+    minimum_bone_length_for_direction,
 )
 from twistcore.skeleton.motion import HasMotion, Motion, Skeleton, motion_of
 from twistcore.skeleton.rotation import Array, normalise, vector_lengths
@@ -203,7 +203,7 @@ def make_chain(
     if arm is None:
         grandchild = -1
         end = skeleton.end_offsets.get(child) if segment != "ForeArm" else None
-        if end is not None and is_offset_long_enough(skeleton, end):
+        if end is not None and has_bone_offset_direction(skeleton, end):
             arm = normalise(end)
         else:
             # Cosine of the angle between each axis of C and the bone axis.
@@ -335,7 +335,7 @@ def bone_direction(motion: Motion, joint: int, warnings: list[str]) -> Array | N
             f"{skeleton.names[joint]}: the position channels are close to zero; the OFFSET is used."
         )
         return normalise(offset)
-    lengths, smallest = vector_lengths(offset), minimum_offset_length(skeleton)
+    lengths, smallest = vector_lengths(offset), minimum_bone_length_for_direction(skeleton)
     if lengths.min() <= smallest:
         return None
     directions = normalise(offset)

@@ -49,7 +49,7 @@ def figure_size(positions: Array, skeleton: Skeleton) -> float:
     return min(skeleton.height, largest) if largest > 0.0 else skeleton.height
 
 
-def heading(positions: Array, chains: tuple[Chain, ...], up: Array) -> Array:
+def figure_facing_direction(positions: Array, chains: tuple[Chain, ...], up: Array) -> Array:
     """Return the horizontal direction that the figure faces, a unit vector of shape (3,).
 
     The heading is perpendicular to the direction from right to left across hips and shoulders. If

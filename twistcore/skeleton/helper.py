@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from twistcore.skeleton.body import Body, Bone, LimbLine, bone_offset, is_offset_long_enough
+from twistcore.skeleton.body import Body, Bone, LimbLine, bone_offset, has_bone_offset_direction
 from twistcore.skeleton.chain import Chain, make_chain
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import normalise
@@ -90,8 +90,8 @@ def _lies_on(motion: Motion, joint: int, child: int) -> bool:
         return False
     place, bone = (bone_offset(motion, j).reshape(-1, 3).mean(axis=0) for j in (joint, child))
     if not (
-        is_offset_long_enough(motion.skeleton, place)
-        and is_offset_long_enough(motion.skeleton, bone)
+        has_bone_offset_direction(motion.skeleton, place)
+        and has_bone_offset_direction(motion.skeleton, bone)
     ):
         return False
     inside = np.linalg.norm(place) < np.linalg.norm(bone)

@@ -19,10 +19,10 @@ from twistcore.skeleton.joint_vocabulary import (
     default_vocabulary,
     fold_case_and_accents,
     parse_joint_meaning,
-    read_word_file,
+    read_joint_vocabulary_file,
     vocabulary_with_user_words,
 )
-from twistcore.skeleton.joint_words import decoded_joint_names, split_joint_name
+from twistcore.skeleton.joint_words import joint_names_in_possible_encodings, split_joint_name
 from twistcore.work.frozen import dataclass
 
 __all__ = [
@@ -32,11 +32,11 @@ __all__ = [
     "TOES",
     "JointName",
     "Vocabulary",
+    "changed_joint_name_meanings",
     "default_vocabulary",
     "interpret_names",
     "parse_joint_meaning",
-    "read_word_file",
-    "reinterpreted_names",
+    "read_joint_vocabulary_file",
     "vocabulary_with_user_words",
 ]
 
@@ -63,7 +63,7 @@ def interpret_names(names: Sequence[str], vocabulary: Vocabulary | None = None) 
     return list(_interpret_names(tuple(names), vocabulary or default_vocabulary()))
 
 
-def reinterpreted_names(names: Sequence[str], vocabulary: Vocabulary) -> dict[str, str]:
+def changed_joint_name_meanings(names: Sequence[str], vocabulary: Vocabulary) -> dict[str, str]:
     """Return the joints that the user's vocabulary interprets differently from the built-in one.
 
     The result maps each joint name to a word for :func:`parse_joint_meaning`, such as 'left hand'.
@@ -87,7 +87,7 @@ def _said(joint: JointName) -> str:
 def _interpret_names(names: tuple[str, ...], vocabulary: Vocabulary) -> tuple[JointName, ...]:
     readings = [
         _in_languages([*map(split_joint_name, text)], vocabulary)
-        for text in decoded_joint_names(names)
+        for text in joint_names_in_possible_encodings(names)
     ]
     found = max(readings, key=_known)  # the first one wins a tie
     own = vocabulary.joints

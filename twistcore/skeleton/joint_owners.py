@@ -71,7 +71,7 @@ def _nearest(skeleton: Skeleton, chains: Sequence[Chain]) -> dict[int, Chain]:
     return owner
 
 
-def toes_and_fingers(skeleton: Skeleton, chains: Sequence[Chain]) -> set[int]:
+def joints_below_hands_and_feet(skeleton: Skeleton, chains: Sequence[Chain]) -> set[int]:
     """Return the indices of all joints below the hands and feet."""
     last = {c.child for c in chains if c.ends and c.segment in _LAST_BONES}
     last = last or {c.child for c in chains} - {c.parent for c in chains}

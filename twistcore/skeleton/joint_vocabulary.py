@@ -164,7 +164,7 @@ def _meanings(groups: Iterable[tuple[str, str, str, str]]) -> dict[str, Meaning]
     return found
 
 
-def parse_default_vocabulary() -> Vocabulary:
+def parse_builtin_joint_names_file() -> Vocabulary:
     """Parse `joint_names.toml` and return its vocabulary.
 
     :func:`default_vocabulary` returns the same vocabulary faster.
@@ -172,7 +172,7 @@ def parse_default_vocabulary() -> Vocabulary:
     return _vocabulary(parsed_toml(DEFAULT_WORDS.read_bytes()))
 
 
-def read_word_file(path: Path) -> dict[str, Any]:
+def read_joint_vocabulary_file(path: Path) -> dict[str, Any]:
     """Read and check the user's word file. Return the parsed TOML document.
 
     Raises TwistError if the file cannot be read, and FormatError if it is invalid.

@@ -71,7 +71,7 @@ def _kind(c: str) -> str:
     return "mark" if unicodedata.category(c) in ("Mn", "Mc") else ""
 
 
-def decoded_joint_names(names: Sequence[str]) -> list[tuple[str, ...]]:
+def joint_names_in_possible_encodings(names: Sequence[str]) -> list[tuple[str, ...]]:
     """Return the names decoded in each possible encoding.
 
     A byte that is not UTF-8 was read as a lone surrogate (:mod:`twistcore.files.encoding`). If

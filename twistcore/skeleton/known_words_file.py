@@ -9,7 +9,7 @@ from itertools import groupby
 from pathlib import Path
 from textwrap import wrap
 
-from twistcore.skeleton.joint_vocabulary import Vocabulary, parse_default_vocabulary
+from twistcore.skeleton.joint_vocabulary import Vocabulary, parse_builtin_joint_names_file
 
 PLACE = Path(__file__).with_name("known_words.py")
 _HEAD = """\
@@ -32,9 +32,9 @@ VOCABULARIES: tuple[tuple[_Groups, _Pairs], ...] = ("""
 _WIDTH, _WIDTH_OF_SIGNS = 80, 40  # characters per line; Chinese characters are twice as wide
 
 
-def vocabulary_source_code() -> str:
+def joint_vocabulary_source_code() -> str:
     """Return the text of `known_words.py`."""
-    default = parse_default_vocabulary()
+    default = parse_builtin_joint_names_file()
     parts = map(_vocabulary_text, (default, *default.languages))
     return "\n".join((_HEAD, *parts, ")", ""))
 
@@ -57,4 +57,4 @@ def _quoted(*texts: str) -> str:
 
 
 if __name__ == "__main__":
-    PLACE.write_text(vocabulary_source_code(), "utf-8")
+    PLACE.write_text(joint_vocabulary_source_code(), "utf-8")

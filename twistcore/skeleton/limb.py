@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from twistcore.skeleton.body import limb_bone_pair_index
+from twistcore.skeleton.body import outermost_long_bone_pair_index
 from twistcore.skeleton.chain import Chain, find_chains, group_connected_chains
 from twistcore.skeleton.motion import HasMotion, Motion, Skeleton, motion_of
 from twistcore.skeleton.rotation import Array, rotate, vector_lengths
@@ -125,7 +125,7 @@ def find_limbs(clip: Motion | HasMotion, chains: Sequence[Chain] | None = None) 
         if any(c.segment for c in line):
             own = [c for c in own if c.segment in _SEGMENTS]
         elif own:
-            own = [own[limb_bone_pair_index([sum(bone_lengths(motion, c)) for c in own])]]
+            own = [own[outermost_long_bone_pair_index([sum(bone_lengths(motion, c)) for c in own])]]
         found += [as_limb(motion, c) for c in own]
     order = {c.name: k for k, c in enumerate(chains)}
     names = motion.skeleton.names
@@ -164,7 +164,7 @@ def joint_path(skeleton: Skeleton, above: int, below: int) -> tuple[int, ...]:
     return tuple(out[::-1])
 
 
-def limb_positions(motion: Motion, limb: Limb) -> tuple[Array, Array]:
+def limb_middle_and_end_positions(motion: Motion, limb: Limb) -> tuple[Array, Array]:
     """Return the positions of the limb's middle joint and end relative to its first joint.
 
     Both have the shape (frames, 3), in the file's unit and in the coordinates of the first joint's

@@ -53,7 +53,7 @@ UNSEEN = 3.0  # number of steps; a smaller error may be rounding
 # -- rounded angles --------------------------------------------------------------------------------
 
 
-def angle_step(angles: Iterable[Array]) -> float:
+def rounding_step_of_angles(angles: Iterable[Array]) -> float:
     """Return the step to which a clip's angles are rounded, in radians, or 0 if it is below 0.1°.
 
     `angles` has one array per joint, in degrees, shape (frames, channels). Angles that equal those
@@ -256,7 +256,7 @@ class Keys:
 
 
 @cache_per_object
-def linear_keys(motion: Motion) -> Keys | None:
+def find_keys_of_linear_motion(motion: Motion) -> Keys | None:
     """Return the keys between which all joints rotate at constant speed, or None if there are none.
 
     The speed of the joints changes at keys and hardly changes between them. If there is a key in
@@ -296,7 +296,7 @@ def linear_keys(motion: Motion) -> Keys | None:
 # -- notes -----------------------------------------------------------------------------------------
 
 
-def rounding_and_key_notes(motion: Motion) -> tuple[Note, ...]:
+def notes_on_coarse_motion_notation(motion: Motion) -> tuple[Note, ...]:
     """Return notes for the user about each coarse notation that was recognised."""
     said = []
     if motion.angle_step:
@@ -313,7 +313,7 @@ def rounding_and_key_notes(motion: Motion) -> tuple[Note, ...]:
             f"but the file has {motion.fps:.4g}. The program searches for errors at the "
             "lower rate."
         )
-    elif keys := linear_keys(motion):
+    elif keys := find_keys_of_linear_motion(motion):
         rate = motion.fps / keys.spacing
         said.append(
             f"There is a key every {keys.spacing} frames, and the joints turn evenly in "

@@ -26,7 +26,7 @@ def own_bone_axis(skeleton: Skeleton, joint: int) -> Array | None:
     return next((axis for axis in below if axis is not None), None)
 
 
-def twist_per_frame(rotations: Array, axis: Array) -> Array:
+def twist_since_previous_frame(rotations: Array, axis: Array) -> Array:
     """Return the twist about an axis since the previous frame, for each frame, in radians.
 
     `rotations` has the shape (frames, …, 4), `axis` is a unit vector, (…, 3), and the result has
@@ -37,7 +37,7 @@ def twist_per_frame(rotations: Array, axis: Array) -> Array:
     return out
 
 
-def turns_about_own_axis(motion: Motion, joint: int) -> Array:
+def world_rotations_about_own_axis(motion: Motion, joint: int) -> Array:
     """Return the rotations of a joint about its own axis in world space, in radians, (frames,).
 
     Each angle is relative to the previous frame. For a joint without an axis, all angles are 0.
@@ -45,7 +45,7 @@ def turns_about_own_axis(motion: Motion, joint: int) -> Array:
     turns, axis = np.zeros(motion.frames), own_bone_axis(motion.skeleton, joint)
     if axis is not None:
         rotations = joint_world_rotations(motion, joint, np.arange(motion.frames))
-        turns = twist_per_frame(rotations, axis)
+        turns = twist_since_previous_frame(rotations, axis)
     return turns
 
 

@@ -29,7 +29,7 @@ def wrap(angle: ArrayLike) -> Array:
     return wrapped
 
 
-def largest_and_rms(angles: ArrayLike) -> tuple[float, float]:
+def largest_and_rms_angle_degrees(angles: ArrayLike) -> tuple[float, float]:
     """Return the maximum and the root mean square of the magnitudes of wrapped angles, in degrees.
 
     `angles` are in radians, shape (n,). The result is (0, 0) if there are none.

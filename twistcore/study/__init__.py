@@ -1,1 +1,4 @@
-"""Benchmarks, evaluation and training of networks. Reviewing clips does not need this package."""
+"""Benchmarks, class exercises and the comparison of QuaMo with other filters.
+
+Reviewing clips does not need this package.
+"""

@@ -32,7 +32,7 @@ from twistcore.files.document_values import (
 )
 from twistcore.files.encoding import csv_text, json_bytes
 from twistcore.review import Decision, Judged
-from twistcore.study.exercise import score_exercise
+from twistcore.study.exercise import score_review_of_hidden_errors
 from twistcore.synthesis import InjectedError
 
 EXERCISE = "twistcore.exercise/1"
@@ -93,14 +93,14 @@ class StudentAnswer:
     verdicts: tuple[Judged, ...]
 
 
-def write_exercise(path: Path, exercise: ClassExercise) -> None:
+def write_student_exercise(path: Path, exercise: ClassExercise) -> None:
     """Write an exercise atomically, with angles in degrees."""
     own = {"clip": exercise.clip, "sha256": exercise.sha256, "kind": exercise.kind}
     listed = [_interval_to_json(i) for i in exercise.listed]
     write_atomically(path, json_bytes({"schema": EXERCISE, **own, "intervals": listed}))
 
 
-def read_exercise(path: Path) -> ClassExercise:
+def read_student_exercise(path: Path) -> ClassExercise:
     """Read an exercise. Raises TwistError if the file is invalid."""
     with prefix_format_errors(path):
         document = check_keys(_document(path, EXERCISE), "kind", "clip", "sha256", "intervals")
@@ -115,7 +115,7 @@ def read_exercise(path: Path) -> ClassExercise:
         )
 
 
-def write_answer(path: Path, handed: StudentAnswer) -> None:
+def write_student_answer(path: Path, handed: StudentAnswer) -> None:
     """Write a student's answer atomically."""
     verdicts = [
         {**_interval_to_json(j.interval), "decision": j.decision.value} for j in handed.verdicts
@@ -130,7 +130,7 @@ def write_answer(path: Path, handed: StudentAnswer) -> None:
     write_atomically(path, json_bytes(document))
 
 
-def read_answer(path: Path) -> StudentAnswer:
+def read_student_answer(path: Path) -> StudentAnswer:
     """Read a student's answer. Raises TwistError if the file is invalid."""
     with prefix_format_errors(path):
         document = check_keys(_document(path, SCORE), "verdicts", "exercise", "name", "seconds")
@@ -145,14 +145,16 @@ def read_answer(path: Path) -> StudentAnswer:
         )
 
 
-def class_exercise_table(errors: Sequence[InjectedError], handed: Iterable[StudentAnswer]) -> str:
+def student_exercise_score_table(
+    errors: Sequence[InjectedError], handed: Iterable[StudentAnswer]
+) -> str:
     """Return a CSV table that compares students' verdicts with the hidden errors.
 
     `handed` contains the students' answers. The table has one row per student, sorted by name.
     """
     rows = []
     for student in sorted(handed, key=lambda h: h.name):
-        result = score_exercise(errors, student.verdicts)
+        result = score_review_of_hidden_errors(errors, student.verdicts)
         counts = (
             _in_cell(student.name), len(result.hits), len(result.misses),
             len(result.false_accepted), len(result.false_rejected), result.left,
@@ -167,7 +169,7 @@ def _in_cell(name: str) -> str:
     return " ".join(name.split())[:_LONGEST_NAME]
 
 
-def json_file_schema(path: Path) -> str:
+def exercise_json_file_schema(path: Path) -> str:
     """Return the schema of a JSON file. Raises TwistError if the file has none."""
     with prefix_format_errors(path):
         return str(_document(path)["schema"])

@@ -163,7 +163,7 @@ def measure_corrected_clip(
         errors.append(
             ErrorFrames(
                 chain.side,
-                segment_of(chain),
+                body_segment_of_chain(chain),
                 error_angle(clean.rotations[at], dirty.rotations[at], turned),
                 error_angle(clean.rotations[at], refined.rotations[at], turned),
             )
@@ -187,7 +187,7 @@ def summarise_samples(samples: Iterable[Sample]) -> Evaluation:
     samples = tuple(samples)
     every = [e for sample in samples for e in sample.errors]
     places = sorted(
-        {(e.side, e.segment) for e in every}, key=lambda p: (p[0], segment_sort_key(p[1]))
+        {(e.side, e.segment) for e in every}, key=lambda p: (p[0], body_segment_sort_key(p[1]))
     )
     rows = tuple(
         _row(*place, [e for e in every if (e.side, e.segment) == place]) for place in places
@@ -210,14 +210,14 @@ def joints_with_possible_errors(chains: Sequence[Chain]) -> NDArray[np.int64]:
     return np.array(sorted({joint for pair in ends for joint in pair}), dtype=np.int64)
 
 
-def segment_of(chain: Chain) -> str:
+def body_segment_of_chain(chain: Chain) -> str:
     """Return a chain's body segment for tables, such as 'Leg', or 'whole leg' for a limb."""
     if isinstance(chain, Limb) and chain.segment:
         return f"whole {chain.part.removeprefix(chain.side).strip()}"
     return chain.segment or chain.name
 
 
-def segment_sort_key(segment: str) -> tuple[int, str]:
+def body_segment_sort_key(segment: str) -> tuple[int, str]:
     """Return a key that sorts segments: first SEGMENTS, then whole limbs, then others by name."""
     return _ORDER.index(segment) if segment in _ORDER else len(_ORDER), segment
 

@@ -90,7 +90,9 @@ def _stretches(frames: int, rng: np.random.Generator) -> list[tuple[int, int]]:
     return list(pairwise(ends))
 
 
-def intervals_between_errors(errors: Sequence[InjectedError], frames: int) -> tuple[Interval, ...]:
+def exercise_intervals_between_errors(
+    errors: Sequence[InjectedError], frames: int
+) -> tuple[Interval, ...]:
     """Return the correct stretches between the errors of each chain, as more intervals to judge.
 
     Their offset is the opposite of the errors' offset. If it were removed, these stretches would
@@ -108,7 +110,9 @@ def intervals_between_errors(errors: Sequence[InjectedError], frames: int) -> tu
     return tuple(sorted(out, key=lambda i: (i.chain, i.start)))
 
 
-def score_exercise(errors: Sequence[InjectedError], review: Iterable[Judged]) -> ExerciseScore:
+def score_review_of_hidden_errors(
+    errors: Sequence[InjectedError], review: Iterable[Judged]
+) -> ExerciseScore:
     """Return the score of a review. An interval can match at most one error of its chain."""
     judged = tuple(review)
     accepted = [j.interval for j in judged if j.decision == Decision.ACCEPTED]

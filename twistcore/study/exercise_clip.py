@@ -9,7 +9,7 @@ import numpy as np
 from twistcore.errors import TwistError
 from twistcore.files.atomic import write_atomically
 from twistcore.formats.bvh import BvhClip, parse_bvh
-from twistcore.formats.clip import Clip, patch_clip
+from twistcore.formats.clip import Clip, create_file_patch_for_motion
 from twistcore.skeleton.motion import Motion, check_motion
 from twistcore.skeleton.rotation import Array
 
@@ -18,7 +18,7 @@ _ENDS_IN_0 = 0.2  # maximum share of numbers that end in 0; of random numbers, a
 _POSITIONS = 6  # number of decimals of positions, which no error changes
 
 
-def write_exercise_clip(clip: Clip, dirty: Motion, path: Path) -> None:
+def write_student_exercise_clip(clip: Clip, dirty: Motion, path: Path) -> None:
     """Write a clip with the rotations of `dirty`. All angles have the same number of decimals.
 
     There are at most as many decimals as in the file of `clip`. With more decimals, trailing zeros
@@ -29,7 +29,7 @@ def write_exercise_clip(clip: Clip, dirty: Motion, path: Path) -> None:
     check_motion(dirty)
     if not isinstance(clip, BvhClip):
         raise TwistError(f"{clip.path}: expected a BVH file for the exercise")
-    values = parse_bvh(patch_clip(clip, dirty).data).values.copy()
+    values = parse_bvh(create_file_patch_for_motion(clip, dirty).data).values.copy()
     turns = [column for layout in clip.channels for column in layout.rotation]
     decimals = np.full(values.shape[1], _POSITIONS)
     decimals[turns] = fine = decimals_of_written_angles(clip.values[:, turns])

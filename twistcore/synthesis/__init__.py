@@ -12,9 +12,9 @@ from twistcore.synthesis.injection import (
 from twistcore.synthesis.protocol import (
     PROTOCOLS,
     Protocol,
-    add_counterpart_twist,
-    apply_protocol_options,
+    add_twist_from_opposite_side,
     parse_protocol,
+    prepare_clean_motion_for_injection,
 )
 from twistcore.synthesis.truth import SUCCESS, Truth, read_truth, write_truth
 
@@ -24,8 +24,7 @@ __all__ = [
     "InjectedError",
     "Protocol",
     "Truth",
-    "add_counterpart_twist",
-    "apply_protocol_options",
+    "add_twist_from_opposite_side",
     "clip_random_generator",
     "draw_errors",
     "draw_targets",
@@ -33,6 +32,7 @@ __all__ = [
     "inject",
     "last_limb_chains",
     "parse_protocol",
+    "prepare_clean_motion_for_injection",
     "read_truth",
     "write_truth",
 ]

@@ -24,10 +24,10 @@ from twistcore.skeleton.rig import AS_FOUND
 from twistcore.skeleton.rotation import Array, multiply, normalise, quaternion_from_axis_angle
 from twistcore.synthesis.offset_shape import (
     Place,
-    aligned_bone_spans,
+    frames_added_by_offset_filter,
     gap_filling_offset,
     injected_offset_over_time,
-    offset_filter_reach,
+    spans_with_straight_chain,
 )
 from twistcore.synthesis.protocol import PROTOCOLS, Protocol
 from twistcore.work.frozen import dataclass
@@ -188,7 +188,7 @@ def draw_errors(
     shared: list[Place] = []
     for chain in () if protocol.clean else chains:
         if protocol.straight:
-            places = aligned_bone_spans(motion, chain, first)
+            places = spans_with_straight_chain(motion, chain, first)
         elif shared:
             places = iter(shared)
         else:
@@ -207,7 +207,7 @@ def _places(
     motion: Motion, chain: Chain, first: int, rng: np.random.Generator, protocol: Protocol
 ) -> Iterator[Place]:
     """Yield the frames of a chain's errors, before a low-pass filter makes them longer."""
-    margin = offset_filter_reach(protocol, motion.fps)
+    margin = frames_added_by_offset_filter(protocol, motion.fps)
     taken = np.zeros(motion.frames, dtype=bool)
     if protocol.carried:  # no signal shows that a straight limb rolls
         taken |= ~bent_frames(motion, chain)
@@ -236,7 +236,7 @@ def _place(
     fps: float,
     k: int,
 ) -> Place | None:
-    frames, margin = len(taken), offset_filter_reach(protocol, fps)
+    frames, margin = len(taken), frames_added_by_offset_filter(protocol, fps)
     low, high = protocol.length
     if protocol.drift:
         low, high = (max(int(seconds * fps), 3) for seconds in protocol.drift)

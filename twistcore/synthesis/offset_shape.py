@@ -11,7 +11,7 @@ import numpy as np
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, rotate
-from twistcore.synthesis.protocol import Protocol, chain_twist_increments
+from twistcore.synthesis.protocol import Protocol, parent_and_child_twist_increments
 
 Place: TypeAlias = tuple[int, int]
 
@@ -73,7 +73,7 @@ def injected_offset_over_time(
         # scipy.signal takes longer to load than all other imports of this package.
         from scipy.signal import butter, sosfiltfilt
 
-        reach = offset_filter_reach(protocol, fps)
+        reach = frames_added_by_offset_filter(protocol, fps)
         sections = butter(2, min(protocol.low_pass / (0.5 * fps), 0.9), output="sos")
         offset = sosfiltfilt(sections, np.pad(offset, 3 * reach))[2 * reach : -2 * reach]
     return offset
@@ -88,7 +88,7 @@ def _drift(length: int, protocol: Protocol) -> Array:
     return np.asarray(0.5 - 0.5 * np.cos(np.pi * course) if protocol.eased else course)
 
 
-def offset_filter_reach(protocol: Protocol, fps: float) -> int:
+def frames_added_by_offset_filter(protocol: Protocol, fps: float) -> int:
     """Return the number of frames that a low-pass filter adds at each end of an offset."""
     return math.ceil(_REACH / protocol.low_pass * fps) if protocol.low_pass else 0
 
@@ -99,14 +99,14 @@ def gap_filling_offset(motion: Motion, chain: Chain, place: Place, how: str) -> 
     `place` is the gap, and `how` is 'held' or 'interpolated'.
     """
     start, stop = place
-    twist = np.cumsum(chain_twist_increments(motion, chain)[0])[start - 1 : stop + 1]
+    twist = np.cumsum(parent_and_child_twist_increments(motion, chain)[0])[start - 1 : stop + 1]
     given = np.full(len(twist), twist[0])
     if how == "interpolated":
         given = np.linspace(twist[0], twist[-1], len(twist))
     return np.asarray((given - twist)[1:-1])
 
 
-def aligned_bone_spans(motion: Motion, chain: Chain, first: int = 0) -> Iterator[Place]:
+def spans_with_straight_chain(motion: Motion, chain: Chain, first: int = 0) -> Iterator[Place]:
     """Yield the intervals [start, stop) in which the child's bone is in line with its parent's.
 
     Nothing is yielded for a chain that is straight in every frame.

@@ -242,10 +242,12 @@ def parse_protocol(name: str) -> Protocol:
     return Protocol(**{**knobs, "name": name, "text": " + ".join(texts)})
 
 
-def apply_protocol_options(motion: Motion, chains: Sequence[Chain], protocol: Protocol) -> Motion:
+def prepare_clean_motion_for_injection(
+    motion: Motion, chains: Sequence[Chain], protocol: Protocol
+) -> Motion:
     """Return a clean motion after applying the options `rich` and `step` of a protocol."""
     if protocol.rich:
-        motion = add_counterpart_twist(motion, chains)
+        motion = add_twist_from_opposite_side(motion, chains)
     if protocol.step > 1:
         motion = replace(
             motion,
@@ -256,7 +258,7 @@ def apply_protocol_options(motion: Motion, chains: Sequence[Chain], protocol: Pr
     return motion
 
 
-def add_counterpart_twist(motion: Motion, chains: Sequence[Chain]) -> Motion:
+def add_twist_from_opposite_side(motion: Motion, chains: Sequence[Chain]) -> Motion:
     """Add a twist to the less active joint of every chain, for the protocol H12.
 
     The twist comes from the more active joint of the chain on the other side: its increments are
@@ -264,7 +266,7 @@ def add_counterpart_twist(motion: Motion, chains: Sequence[Chain]) -> Motion:
     counterpart on the other side do not change.
     """
     rotations = motion.rotations.copy()
-    increments = {c.name: chain_twist_increments(motion, c) for c in chains}
+    increments = {c.name: parent_and_child_twist_increments(motion, c) for c in chains}
     for chain in chains:
         own = [c for c in chains if c.person == chain.person]
         others = [c for c in own if c.segment == chain.segment and c.side != chain.side]
@@ -283,7 +285,7 @@ def add_counterpart_twist(motion: Motion, chains: Sequence[Chain]) -> Motion:
     return motion.with_rotations(normalise(rotations))
 
 
-def chain_twist_increments(motion: Motion, chain: Chain) -> tuple[Array, Array]:
+def parent_and_child_twist_increments(motion: Motion, chain: Chain) -> tuple[Array, Array]:
     """Return the twist increments of a chain's parent and child, radians, each (frames,).
 
     An increment is the rotation about the parent's bone axis since the previous frame. Both joints'

@@ -1,4 +1,4 @@
-"""Choose the threshold τ of each chain from the noise of clips and from errors injected into them.
+"""Choose thresholds τ from injected errors and people's verdicts, and learn the confidence.
 
 [Choi26] uses a threshold τ but does not specify its value. This package computes the cost of every
 τ in a grid and suggests the τ with the lowest cost. The cost depends on

@@ -27,9 +27,13 @@ from twistcore.tuning.cleaning import (
     without_known_errors,
 )
 from twistcore.tuning.injected_curve import GRID, Span, injected_tau_curve
-from twistcore.tuning.listed_intervals import ListCounts, count_listed_intervals
+from twistcore.tuning.listed_intervals import ListCounts, count_counter_twists_at_tau
 from twistcore.tuning.tau_curve import TauCurve
-from twistcore.tuning.verdicts_of import check_method_and_chains, check_session_version, verdicts_in
+from twistcore.tuning.verdicts_of import (
+    check_session_detector_and_chains,
+    check_session_matches_clip,
+    counter_twist_verdicts_of_review,
+)
 from twistcore.work.frozen import dataclass
 
 SEEDS = 3
@@ -106,7 +110,8 @@ class ClipTuning:
         assert self.given is not None
         detector = self.given.detector(self.method)
         by_tau = [
-            count_listed_intervals(detector, chain, t, self.verdicts, self.left_out) for t in GRID
+            count_counter_twists_at_tau(detector, chain, t, self.verdicts, self.left_out)
+            for t in GRID
         ]
         return ListCounts(
             *(np.array([getattr(c, k) for c in by_tau], float) for k in vars(by_tau[0]))
@@ -178,7 +183,8 @@ def clip_tau_curves(
     session
         A session of this clip. Its chains, verdicts and excluded frames are used, as in the window.
     words
-        The user's words for joints, from :func:`twistcore.skeleton.joint_names.read_word_file`.
+        The user's words for joints, from
+        :func:`twistcore.skeleton.joint_names.read_joint_vocabulary_file`.
 
     Returns
     -------
@@ -195,10 +201,10 @@ def clip_tau_curves(
     verdicts, left_out = None, tuple[Span, ...]()
     if session is not None:
         kept = read_session(session)
-        check_session_version(clip, kept)
-        check_method_and_chains(clip, kept)
+        check_session_matches_clip(clip, kept)
+        check_session_detector_and_chains(clip, kept)
         rig, left_out = kept.state.rig, kept.state.left_out
-        verdicts = verdicts_in(kept.state)
+        verdicts = counter_twist_verdicts_of_review(kept.state)
     tuning = prepare_clip_tuning(
         clip.motion,
         path.name,

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from twistcore.tuning.tau_curve import ALARM_PRICE, SMALLEST_ERROR
-from twistcore.tuning.verdict_curve import Suggestion, VerdictCurve, verdict_curve
+from twistcore.tuning.verdict_curve import Suggestion, VerdictCurve, tau_curve_from_verdicts
 from twistcore.tuning.verdicts_of import JudgedClip
 
 _DRAWS = 1000
@@ -153,13 +153,13 @@ def common_tau(
     found. `seed` seeds the resampling of the verdicts.
     """
     names = sorted({v.chain for clip in clips for v in clip.verdicts})
-    curves = {name: verdict_curve(clips, name) for name in names}
+    curves = {name: tau_curve_from_verdicts(clips, name) for name in names}
     own = {name: c.suggested(price, smallest, seed=seed) for name, c in curves.items()}
     tested = sum(o is not None for o in own.values())
     apart: set[str] = set()
     while True:
         rest = [clip.without(apart) for clip in clips]
-        common = verdict_curve(rest).suggested(price, smallest, seed=seed)
+        common = tau_curve_from_verdicts(rest).suggested(price, smallest, seed=seed)
         if common is None:
             break
         gains = {
@@ -172,7 +172,7 @@ def common_tau(
             break
         # Only one chain at a time, since the common τ then changes.
         apart.add(max(new, key=lambda name: new[name]))
-    common = common or verdict_curve(clips).suggested(price, smallest)
+    common = common or tau_curve_from_verdicts(clips).suggested(price, smallest)
     chains = []
     for name in names:
         mine = own[name]

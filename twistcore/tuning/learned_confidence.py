@@ -136,7 +136,7 @@ def verdicts_with_confidence(clips: Iterable[JudgedClip]) -> ConfidenceVerdicts:
     return ConfidenceVerdicts(columns[0], columns[1] > 0.5, columns[2])
 
 
-def fit_confidence(given: ConfidenceVerdicts) -> LearnedConfidence:
+def fit_confidence_to_verdicts(given: ConfidenceVerdicts) -> LearnedConfidence:
     """Return the learned confidence that is most likely given the verdicts.
 
     Without verdicts, the built-in parameters are returned.
@@ -157,7 +157,7 @@ def fit_confidence(given: ConfidenceVerdicts) -> LearnedConfidence:
     return LearnedConfidence(float(shift), math.exp(log_scale), accepted, len(given) - accepted)
 
 
-def held_out_confidence(given: ConfidenceVerdicts) -> Array:
+def cross_validated_confidence(given: ConfidenceVerdicts) -> Array:
     """Return the learned confidence of each interval, fitted without the verdicts on its clip.
 
     The result has the shape (n,). The clips are held out in FOLDS random groups, or one by one if
@@ -171,11 +171,11 @@ def held_out_confidence(given: ConfidenceVerdicts) -> Array:
     out = np.array(given.confidence, dtype=float)
     for fold in range(min(FOLDS, len(names))):
         apart = np.isin(group, names[fold::FOLDS])
-        out[apart] = fit_confidence(given[~apart]).of(given.confidence[apart])
+        out[apart] = fit_confidence_to_verdicts(given[~apart]).of(given.confidence[apart])
     return out
 
 
-def reliability(confidence: Array, accepted: Mask) -> Reliability:
+def confidence_reliability_by_bin(confidence: Array, accepted: Mask) -> Reliability:
     """Return the fraction of accepted intervals in bins of similar confidence.
 
     `confidence` and the mask `accepted` have the shape (n,).

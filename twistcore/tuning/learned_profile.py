@@ -14,9 +14,9 @@ from twistcore.tuning.learned_confidence import (
     ENOUGH,
     LearnedConfidence,
     Reliability,
-    fit_confidence,
-    held_out_confidence,
-    reliability,
+    confidence_reliability_by_bin,
+    cross_validated_confidence,
+    fit_confidence_to_verdicts,
     verdicts_with_confidence,
 )
 from twistcore.tuning.profile import Profile, TauReasons, write_profile
@@ -93,7 +93,7 @@ def learned_profile(clips: Sequence[JudgedClip], found: CommonTau) -> LearnedPro
         own = chain.own if chain and chain.apart and chain.own else found.common
         reasons[name] = TauReasons(errors, natural, math.degrees(own.low), math.degrees(own.high))
     tau = {name: found.tau(name) or found.common.tau for name in names}
-    confidence, before, after = fit_with_reliability(clips)
+    confidence, before, after = fit_confidence_and_reliabilities(clips)
     methods, rigs, performers = ({getattr(c, k) for c in clips} for k in _WHOSE)
     profile = Profile(tau, _only(methods), _only(rigs), _only(performers), confidence)
     apart = {c.chain for c in found.chains if c.apart}
@@ -112,7 +112,7 @@ def _only(values: set[str]) -> str:
     return next(iter(values)) if len(values) == 1 else ""
 
 
-def fit_with_reliability(
+def fit_confidence_and_reliabilities(
     clips: Sequence[JudgedClip],
 ) -> tuple[LearnedConfidence | None, Reliability | None, Reliability | None]:
     """Return the learned confidence, and the reliability before and after learning.
@@ -123,5 +123,9 @@ def fit_with_reliability(
     given = verdicts_with_confidence(clips)
     if len(given) < ENOUGH:
         return None, None, None
-    before = reliability(given.confidence, given.accepted)
-    return fit_confidence(given), before, reliability(held_out_confidence(given), given.accepted)
+    before = confidence_reliability_by_bin(given.confidence, given.accepted)
+    return (
+        fit_confidence_to_verdicts(given),
+        before,
+        confidence_reliability_by_bin(cross_validated_confidence(given), given.accepted),
+    )

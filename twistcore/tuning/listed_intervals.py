@@ -38,7 +38,7 @@ class ListCounts:
         )
 
 
-def count_listed_intervals(
+def count_counter_twists_at_tau(
     detector: Analysis,
     chain: str,
     tau: float,

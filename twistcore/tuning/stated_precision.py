@@ -16,7 +16,7 @@ from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.detection.interval import Interval, Kind
 from twistcore.review.model import APPLIED, Decision, ReviewState
 from twistcore.skeleton.rotation import Array
-from twistcore.tuning.learned_confidence import ConfidenceVerdicts, fit_confidence
+from twistcore.tuning.learned_confidence import ConfidenceVerdicts, fit_confidence_to_verdicts
 from twistcore.tuning.verdict_curve import wilson_bounds
 from twistcore.work.frozen import dataclass
 
@@ -62,7 +62,9 @@ class StatedPrecision:
     left: int
 
 
-def corrections_with_confidence(found: Iterable[Interval]) -> tuple[AutomaticCorrection, ...]:
+def automatic_corrections_with_confidence(
+    found: Iterable[Interval],
+) -> tuple[AutomaticCorrection, ...]:
     """Return the detected intervals that are corrected automatically and have a confidence."""
     return tuple(
         AutomaticCorrection(i.chain, i.start, i.stop, i.confidence, i.kind)
@@ -71,7 +73,7 @@ def corrections_with_confidence(found: Iterable[Interval]) -> tuple[AutomaticCor
     )
 
 
-def verdicts_on(
+def verdicts_on_automatic_corrections(
     corrections: Sequence[AutomaticCorrection], state: ReviewState
 ) -> tuple[bool | None, ...]:
     """Return a person's verdict on each correction: True if accepted, False if rejected.
@@ -136,7 +138,9 @@ def estimate_unjudged_precision(
     if count < ENOUGH_STATED or not left:
         return None
     accepted = np.array([v for v in verdicts if v is not None], dtype=bool)
-    adjusted = fit_confidence(ConfidenceVerdicts(confidence[known], accepted, np.zeros(count)))
+    adjusted = fit_confidence_to_verdicts(
+        ConfidenceVerdicts(confidence[known], accepted, np.zeros(count))
+    )
     share = float(adjusted.of(confidence[~known]).mean())
     # Both the judged and the remaining corrections are finite samples of all such corrections.
     size = 1.0 / (1.0 / count + 1.0 / left)

@@ -259,7 +259,7 @@ def _share(part: Array, whole: Array) -> Array:
         return np.asarray(np.divide(part, whole, dtype=float))
 
 
-def verdict_curve(clips: Sequence[JudgedClip], chain: str | None = None) -> VerdictCurve:
+def tau_curve_from_verdicts(clips: Sequence[JudgedClip], chain: str | None = None) -> VerdictCurve:
     """Return the verdict curve of clips for one chain or, if `chain` is None, for all chains.
 
     A reviewed clip in which no interval of the chain was listed counts as a clip without alarms.

@@ -28,7 +28,7 @@ from twistcore.errors import TwistError
 from twistcore.formats.clip import Clip
 from twistcore.formats.reading import read_clip
 from twistcore.review import Decision, Judged, ReviewState, Session, read_session
-from twistcore.review.kind_verdicts import KindVerdict, kind_verdicts
+from twistcore.review.kind_verdicts import KindVerdict, verdict_on_each_interval
 from twistcore.review.left_out import joined_spans
 from twistcore.review.model import APPLIED
 from twistcore.skeleton.chain import uncorrectable_joints
@@ -157,11 +157,11 @@ def judged_clip_from_review(
         reviewed,
         tuple(verdicts),
         shares,
-        kind_verdicts(state),
+        verdict_on_each_interval(state),
     )
 
 
-def is_counter_twist_verdict(judged: Judged) -> bool:
+def is_judged_counter_twist(judged: Judged) -> bool:
     """Return True if the interval is a counter-twist that a person examined and decided on.
 
     Automatic corrections and intervals that were accepted in bulk are excluded.
@@ -174,9 +174,9 @@ def is_counter_twist_verdict(judged: Judged) -> bool:
     )
 
 
-def verdicts_in(state: ReviewState) -> Verdicts:
+def counter_twist_verdicts_of_review(state: ReviewState) -> Verdicts:
     """Return the accepted intervals and the spans of rejected intervals of a review."""
-    said = [j for j in state.intervals if is_counter_twist_verdict(j)]
+    said = [j for j in state.intervals if is_judged_counter_twist(j)]
     return Verdicts(
         errors=tuple(
             # Pickling an interval with `explain` would first compute its evidence.
@@ -202,7 +202,7 @@ def _counts(state: ReviewState, interval: Interval) -> bool:
 
 def _decided(state: ReviewState) -> dict[str, list[Judged]]:
     out: dict[str, list[Judged]] = {}
-    for judged in filter(is_counter_twist_verdict, state.intervals):
+    for judged in filter(is_judged_counter_twist, state.intervals):
         if _counts(state, judged.interval):
             out.setdefault(judged.interval.chain, []).append(judged)
     return out
@@ -218,7 +218,7 @@ def _reviewed(
     as reviewed when no interval of any other chain is undecided.
     """
     asked = [
-        j for j in state.intervals if _counts(state, j.interval) and not is_counter_twist_verdict(j)
+        j for j in state.intervals if _counts(state, j.interval) and not is_judged_counter_twist(j)
     ]
     reviewed: dict[str, float] = {}
     shares: dict[str, float] = {}
@@ -246,7 +246,7 @@ def _meet(one: Interval, other: Interval) -> bool:
 
 
 def _verdicts(detector: Analysis, chain: str, decided: Sequence[Judged]) -> Iterator[Verdict]:
-    found = detection_mask_by_tau(
+    found = judged_intervals_found_per_tau(
         [j.interval for j in decided], _accepted(decided), detector, chain
     )
     for judged, by_tau in zip(decided, found, strict=True):
@@ -267,7 +267,7 @@ def _accepted(decided: Sequence[Judged]) -> list[bool]:
     return [j.decision == Decision.ACCEPTED for j in decided]
 
 
-def detection_mask_by_tau(
+def judged_intervals_found_per_tau(
     judged: Sequence[Interval], errors: Sequence[bool], detector: Analysis, chain: str
 ) -> Mask:
     """Return a mask of the τ at which each judged interval is found, shape (judged, n).
@@ -314,17 +314,17 @@ def read_judged_clip(
     """
     read = read_clip(clip) if isinstance(clip, Path) else clip
     kept = read_session(session) if isinstance(session, Path) else session
-    check_session_version(read, kept)
+    check_session_matches_clip(read, kept)
     return judged_clip_from_review(analyse(read, rig=kept.state.rig), kept.state, performer)
 
 
-def check_session_version(clip: Clip, session: Session) -> None:
+def check_session_matches_clip(clip: Clip, session: Session) -> None:
     """Raise TwistError unless a session was made for the clip's current content."""
     if session.sha256 != clip.sha256:
         raise TwistError(f"{clip.name}: its session belongs to another version of the clip")
 
 
-def check_method_and_chains(clip: Clip, session: Session) -> None:
+def check_session_detector_and_chains(clip: Clip, session: Session) -> None:
     """Raise TwistError if a session's detector or a chain of its intervals does not exist."""
     state = session.state
     if state.method not in DETECTORS:
@@ -340,7 +340,7 @@ def check_method_and_chains(clip: Clip, session: Session) -> None:
             )
 
 
-def count_verdicts(clips: Iterable[JudgedClip]) -> tuple[int, int]:
+def count_accepted_and_rejected_intervals(clips: Iterable[JudgedClip]) -> tuple[int, int]:
     """Return the total number of accepted and of rejected intervals in all clips."""
     said = [v.error for clip in clips for v in clip.verdicts]
     return sum(said), len(said) - sum(said)

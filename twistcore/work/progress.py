@@ -32,7 +32,7 @@ def stage_progress(tell: Tell, start: float, stop: float) -> Tell:
 
 
 @contextmanager
-def clip_progress_counter(total: int, done: int = 0) -> Iterator[TellName]:
+def show_clip_progress_bar(total: int, done: int = 0) -> Iterator[TellName]:
     """Show a progress bar, and yield a function to call with the name of each finished clip.
 
     The bar is printed on standard error. If this is not a terminal, a line is printed after every

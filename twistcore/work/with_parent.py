@@ -29,13 +29,13 @@ def parent_bound_module_command(module: str, *words: str) -> list[str]:
     `words` are the arguments of the module.
     """
     program = (
-        "from twistcore.work.with_parent import run_module_with_parent; "
-        f"run_module_with_parent({module!r}, {os.getpid()})"
+        "from twistcore.work.with_parent import run_module_until_parent_exits; "
+        f"run_module_until_parent_exits({module!r}, {os.getpid()})"
     )
     return [sys.executable, "-c", program, *words]
 
 
-def run_module_with_parent(module: str, parent: int) -> None:
+def run_module_until_parent_exits(module: str, parent: int) -> None:
     """Run `python -m MODULE` with the arguments of this process until process `parent` ends."""
     end_with_parent(parent)
     runpy.run_module(module, run_name="__main__", alter_sys=True)

@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.correction.joint_repairs import JointRepairs, repaired_joints
 from twistcore.analysis.correction.twist_removal import (
-    carried_offsets_by_chain,
     joints_lacking_channels,
     offset_remover,
     offsets_by_chain,
+    offsets_carried_to_child,
 )
 from twistcore.detection import Interval
 from twistcore.skeleton.chain import Chain, uncorrectable_joints
 from twistcore.skeleton.helper import Helper
-from twistcore.skeleton.limb import Limb, joint_path, limb_positions
+from twistcore.skeleton.limb import Limb, joint_path, limb_middle_and_end_positions
 from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import (
     Array,
@@ -107,7 +107,7 @@ class Corrected:
         for chain, own in chosen.items():
             if chain not in self._summed:
                 self._offsets |= offsets_by_chain(own, self._motion.frames)
-                self._carried |= carried_offsets_by_chain(own, self._motion.frames)
+                self._carried |= offsets_carried_to_child(own, self._motion.frames)
                 self._summed[chain] = own
         return changed
 
@@ -186,14 +186,19 @@ class Corrected:
             if len(at) and limb.parent in children[chain.parent]:
                 axis = chain.axis if chain.axis.ndim == 1 else chain.axis[at]
                 ahead = quaternion_from_axis_angle(axis, self.offset(chain.name)[at])
-                child, end = (rotate(ahead, p) for p in limb_positions(self._motion.at(at), limb))
+                child, end = (
+                    rotate(ahead, p)
+                    for p in limb_middle_and_end_positions(self._motion.at(at), limb)
+                )
                 angle = angle.copy()
                 angle[at] = swivel.angle_at(child, end)
         angle = wrap(angle - self.offset(limb.name))
         path = limb.parent, *joint_path(self._motion.skeleton, limb.parent, limb.end)[:-1]
         for interval in self._repairs_among(path):
             start, stop = interval.start, interval.stop
-            angle[start:stop] = swivel.angle_at(*limb_positions(self._part(start, stop), limb))
+            angle[start:stop] = swivel.angle_at(
+                *limb_middle_and_end_positions(self._part(start, stop), limb)
+            )
         return angle
 
     def _is_turned_by_others(self, chain: Chain) -> bool:

@@ -13,7 +13,10 @@ from importlib import import_module
 import numpy as np
 
 from twistcore.detection.interval import Interval, Kind
-from twistcore.detection.turned_ends import edge_jump_rotations, halfway_edge_rotation
+from twistcore.detection.turned_ends import (
+    jump_rotations_at_interval_borders,
+    mean_of_interval_border_jumps,
+)
 from twistcore.errors import TwistError
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.own_axis import own_bone_axis
@@ -204,7 +207,9 @@ def undo_constant_rotation(motion: Motion, intervals: Sequence[Interval]) -> Mot
             if not (start > 0 and stop < motion.frames):
                 continue
             edges = motion.rotations[[start - 1, start, stop - 1, stop], joint]
-            back = conjugate(halfway_edge_rotation(edge_jump_rotations(edges)))
+            back = conjugate(
+                mean_of_interval_border_jumps(jump_rotations_at_interval_borders(edges))
+            )
             at = start + np.flatnonzero(interval.offset)
             rotations[at, joint] = normalise(multiply(rotations[at, joint], back))
     return motion.with_rotations(rotations)

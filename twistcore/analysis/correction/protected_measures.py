@@ -23,9 +23,9 @@ from twistcore.skeleton.angles import wrap_degrees
 from twistcore.skeleton.body import ancestors
 from twistcore.skeleton.chain import Chain, make_chain
 from twistcore.skeleton.helper import Helper
-from twistcore.skeleton.limb import Limb, bone_lengths, joint_path, limb_positions
+from twistcore.skeleton.limb import Limb, bone_lengths, joint_path, limb_middle_and_end_positions
 from twistcore.skeleton.motion import Motion, Skeleton
-from twistcore.skeleton.own_axis import own_bone_axis, twist_per_frame
+from twistcore.skeleton.own_axis import own_bone_axis, twist_since_previous_frame
 from twistcore.skeleton.rotation import Array, multiply, rotate, vector_lengths
 from twistcore.work.frozen import dataclass
 
@@ -296,7 +296,7 @@ class _Around:
 
         The shape is (frames, 2, joints).
         """
-        return twist_per_frame(self.own, self.axes)
+        return twist_since_previous_frame(self.own, self.axes)
 
     @cached_property
     def places(self) -> list[tuple[Array, Array]]:
@@ -306,7 +306,7 @@ class _Around:
         coordinates of the first joint's parent.
         """
         assert isinstance(self.chain, Limb)
-        return [limb_positions(m, self.chain) for m in self.both]
+        return [limb_middle_and_end_positions(m, self.chain) for m in self.both]
 
     def measure(self, name: str, before: float, after: float, joint: int) -> ProtectedMeasure:
         """Return a measure at a joint, marked as worse if it grew by more than its tolerance."""
@@ -360,7 +360,7 @@ def _impossible(around: _Around) -> ProtectedMeasure:
     """Count the frames in which a joint of the limb rotates faster than any body can."""
     counts, fps = np.zeros((2, len(around.joints)), dtype=int), around.captured.fps
     if possibly_too_fast_mask(around.turns, fps).any():  # a quick check that rarely finds anything
-        in_room = twist_per_frame(around.in_room, around.axes)
+        in_room = twist_since_previous_frame(around.in_room, around.axes)
         counts = impossibly_fast_mask(in_room, around.turns, fps).sum(axis=0)
     before, after = counts.sum(axis=1).tolist()
     joint = around.joints[int(np.argmax(counts[1] - counts[0]))]

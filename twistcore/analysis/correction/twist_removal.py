@@ -18,7 +18,7 @@ from twistcore.detection.interval import Interval
 from twistcore.errors import TwistError
 from twistcore.skeleton.chain import Chain, uncorrectable_joints
 from twistcore.skeleton.helper import Helper
-from twistcore.skeleton.limb import Limb, joint_path, limb_positions
+from twistcore.skeleton.limb import Limb, joint_path, limb_middle_and_end_positions
 from twistcore.skeleton.motion import HasMotion, Motion, motion_of
 from twistcore.skeleton.rig import AS_FOUND
 from twistcore.skeleton.rotation import (
@@ -92,7 +92,7 @@ def offsets_by_chain(intervals: Iterable[Interval], frames: int) -> dict[str, Ar
     return {chain: wrap(offset) for chain, offset in total.items()}
 
 
-def carried_offsets_by_chain(intervals: Iterable[Interval], frames: int) -> dict[str, Array]:
+def offsets_carried_to_child(intervals: Iterable[Interval], frames: int) -> dict[str, Array]:
     """Return the sum of the carried offsets for each chain or limb, keyed by name.
 
     In a carried error, the child of the chain or the end of the limb rotates along. The result has
@@ -199,7 +199,7 @@ def refiner(
     ]
     offsets, carried = (
         offsets_by_chain(intervals, frames),
-        carried_offsets_by_chain(intervals, frames),
+        offsets_carried_to_child(intervals, frames),
     )
     return offset_remover(motion, chains, offsets, carried, JointRepairs(intervals))
 
@@ -368,7 +368,7 @@ def _turn_limb(
     end coincides with the first joint, there is no line, and the limb is not rotated. `rotations`
     is changed in the frames `at`. Both angles are in radians, shape (n,).
     """
-    _, to_end = limb_positions(motion.at(at).with_rotations(rotations[at]), limb)
+    _, to_end = limb_middle_and_end_positions(motion.at(at).with_rotations(rotations[at]), limb)
     length = vector_lengths(to_end)
     line = to_end / np.maximum(length, 1e-12)[:, None]
     there = length > _FOLDED * motion.skeleton.height

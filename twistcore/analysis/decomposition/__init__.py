@@ -2,17 +2,20 @@
 
 from twistcore.analysis.decomposition.altered_frame import (
     WhatIf,
-    motion_of_altered_frame,
-    partial_rotation_at_stage,
+    frame_motion_with_user_changes,
+    swing_then_twist_at_stage,
 )
-from twistcore.analysis.decomposition.frame_correction import FrameCorrection, correct_frame
+from twistcore.analysis.decomposition.frame_correction import (
+    FrameCorrection,
+    detect_and_correct_frame,
+)
 from twistcore.analysis.decomposition.frame_quantities import UNDEFINED, Decomposition, decompose
 from twistcore.analysis.decomposition.rotation_forms import (
     LOCK,
     EulerChannels,
-    euler_channels,
-    twist_swing_factors,
-    unwrapped_twist,
+    decompose_into_euler_channels,
+    double_cover_twist_angle,
+    twist_times_swing_factors,
 )
 
 __all__ = [
@@ -22,11 +25,11 @@ __all__ = [
     "EulerChannels",
     "FrameCorrection",
     "WhatIf",
-    "correct_frame",
     "decompose",
-    "euler_channels",
-    "motion_of_altered_frame",
-    "partial_rotation_at_stage",
-    "twist_swing_factors",
-    "unwrapped_twist",
+    "decompose_into_euler_channels",
+    "detect_and_correct_frame",
+    "double_cover_twist_angle",
+    "frame_motion_with_user_changes",
+    "swing_then_twist_at_stage",
+    "twist_times_swing_factors",
 ]

@@ -66,7 +66,7 @@ class WhatIf:
         return self != WhatIf(counter=self.counter)
 
 
-def motion_of_altered_frame(
+def frame_motion_with_user_changes(
     motion: Motion,
     chain: Chain,
     frame: int,
@@ -90,7 +90,7 @@ def motion_of_altered_frame(
     offset
         The offset of an error in this frame, radians.
     stage
-        How much of P's rotation to include, as in :func:`partial_rotation_at_stage`. None for all
+        How much of P's rotation to include, as in :func:`swing_then_twist_at_stage`. None for all
         of it.
     """
     one = motion.sliced(frame, frame + 1)
@@ -109,13 +109,13 @@ def motion_of_altered_frame(
     if stage is None:
         return one
     rotations = one.rotations.copy()
-    rotations[0, chain.parent] = partial_rotation_at_stage(
+    rotations[0, chain.parent] = swing_then_twist_at_stage(
         rotations[0, chain.parent], here.axis, stage
     )
     return one.with_rotations(rotations)
 
 
-def partial_rotation_at_stage(q: Array, axis: Array, stage: float) -> Array:
+def swing_then_twist_at_stage(q: Array, axis: Array, stage: float) -> Array:
     """Return a partial rotation as a quaternion, (4,).
 
     Stage 0 is no rotation, stage 1 the swing, and stage 2 the whole rotation. Values in between

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from twistcore.analysis.decomposition.altered_frame import WhatIf, motion_of_altered_frame
+from twistcore.analysis.decomposition.altered_frame import WhatIf, frame_motion_with_user_changes
 from twistcore.analysis.decomposition.frame_quantities import Decomposition, decompose
-from twistcore.detection.paper import paper_error_increments
+from twistcore.detection.paper import paper_detector_error_increments
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, geodesic_angle, multiply, wrap
@@ -71,7 +71,7 @@ class FrameCorrection:
         return float(geodesic_angle(before, multiply(self.parent_after, self.child_after)))
 
 
-def correct_frame(
+def detect_and_correct_frame(
     motion: Motion,
     chain: Chain,
     frame: int,
@@ -99,17 +99,17 @@ def correct_frame(
     untouched = replace(what_if, applied=0.0)
     before = decompose(motion, chain, frame, untouched if untouched.changes else None)
     strength = before.strength if before.strength_is_defined else 0.0
-    err = float(paper_error_increments(before.dtheta_p, strength, tau))
+    err = float(paper_detector_error_increments(before.dtheta_p, strength, tau))
     whole = float(wrap(offset_before + err if own is None else own))
     joints = [chain.parent, chain.child]
     pair = motion.rotations[frame, joints]
     if untouched.changes:
-        pair = motion_of_altered_frame(motion, chain, frame, untouched).rotations[0, joints]
+        pair = frame_motion_with_user_changes(motion, chain, frame, untouched).rotations[0, joints]
     after = pair
     if what_if.applied:
-        after = motion_of_altered_frame(motion, chain, frame, what_if, offset=whole).rotations[
-            0, joints
-        ]
+        after = frame_motion_with_user_changes(
+            motion, chain, frame, what_if, offset=whole
+        ).rotations[0, joints]
     # Of q and −q, choose the one whose swing has cos(α/2) ≥ 0, as in Eq. 6.
     sign = 1.0 if float(np.dot(before.q, pair[0])) >= 0.0 else -1.0
     return FrameCorrection(

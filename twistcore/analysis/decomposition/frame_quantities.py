@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from twistcore.analysis.decomposition.altered_frame import WhatIf, motion_of_altered_frame
+from twistcore.analysis.decomposition.altered_frame import WhatIf, frame_motion_with_user_changes
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.directions import angle_between, unit_vector, vector_at_frame
 from twistcore.skeleton.motion import Motion
@@ -147,13 +147,13 @@ def decompose(
     what_if
         The user's changes to the frame, or None.
     offset, stage
-        The same as in :func:`motion_of_altered_frame`.
+        The same as in :func:`frame_motion_with_user_changes`.
     """
     before = max(frame - 1, 0)
     captured = what_if is None and stage is None
     now = motion
     if not captured:
-        now = motion_of_altered_frame(
+        now = frame_motion_with_user_changes(
             motion, chain, frame, what_if or WhatIf(), offset=offset, stage=stage
         )
     at = frame if captured else 0

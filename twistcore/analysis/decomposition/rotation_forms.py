@@ -14,7 +14,7 @@ from twistcore.skeleton.rotation import Array, conjugate, multiply, swing_twist
 LOCK = float(np.radians(5.0))
 
 
-def twist_swing_factors(q: Array, axis: Array) -> tuple[Array, Array]:
+def twist_times_swing_factors(q: Array, axis: Array) -> tuple[Array, Array]:
     """Return the factors twist and swing' of q = twist ⊗ swing', each of shape (4,).
 
     The twist and the angle of the swing are the same as in q = swing ⊗ twist, but the normal of the
@@ -24,7 +24,7 @@ def twist_swing_factors(q: Array, axis: Array) -> tuple[Array, Array]:
     return twist, multiply(conjugate(twist), q)
 
 
-def unwrapped_twist(q: ArrayLike, axis: Array) -> float:
+def double_cover_twist_angle(q: ArrayLike, axis: Array) -> float:
     """Return the twist angle 2·atan2(v·a, w) of q = (w, v), radians in (−2π, 2π].
 
     The angles of q and −q differ by a full turn.
@@ -58,7 +58,7 @@ class EulerChannels:
         return self.between < LOCK
 
 
-def euler_channels(order: str, q: Array, near: Array) -> EulerChannels:
+def decompose_into_euler_channels(order: str, q: Array, near: Array) -> EulerChannels:
     """Return a rotation as Euler angles.
 
     Parameters

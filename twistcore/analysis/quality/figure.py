@@ -47,7 +47,11 @@ def quality_of_positions(places: Array, given: Array | None = None) -> FigureQua
     """
     third = np.diff(places, n=3, axis=0)
     return FigureQuality(
-        None if given is None else mean_distance(root_aligned(places), root_aligned(given)),
+        None
+        if given is None
+        else mean_distance_between_positions(
+            positions_relative_to_root(places), positions_relative_to_root(given)
+        ),
         float(vector_lengths(third).mean()) if len(third) else 0.0,
         foot_slide(places, foot_contact_mask(places)),
     )
@@ -73,7 +77,7 @@ def quality_before_and_after(
     return quality_of_positions(given), quality_of_positions(found, given)
 
 
-def figure_quality(motion: Motion) -> FigureQuality | None:
+def measure_body_motion_quality(motion: Motion) -> FigureQuality | None:
     """Measure the quality of a motion, at 25 Hz in mm.
 
     The result is None if the skeleton lacks any of SMPL's 24 joints.
@@ -117,12 +121,12 @@ def foot_slide(places: Array, contact: NDArray[np.bool_]) -> float:
     return 100.0 * slides / max(len(places) - 1, 1)
 
 
-def root_aligned(places: Array) -> Array:
+def positions_relative_to_root(places: Array) -> Array:
     """Return the positions shifted so that the root is at the origin in each frame."""
     return places - places[:, :1]
 
 
-def mean_distance(a: Array, b: Array) -> float:
+def mean_distance_between_positions(a: Array, b: Array) -> float:
     """Return the mean distance between positions (…, 3), or 0 if there are none."""
     return float(vector_lengths(a - b).mean()) if len(a) else 0.0
 

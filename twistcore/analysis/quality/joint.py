@@ -126,7 +126,7 @@ def joint_quality(
         jitter[1:-2] = vector_lengths(np.diff(turn[1:], n=2, axis=0))
     flipped = np.zeros((frames, joints), dtype=np.bool_)
     flipped[first + 1 :] = np.einsum("tji,tji->tj", q[first + 1 :], q[first:-1]) < 0.0
-    feet = foot_joints(motion.skeleton)
+    feet = ankle_and_toe_joints(motion.skeleton)
     slide = np.full((frames, joints), np.nan)
     scale = _metres(motion.skeleton)
     for joint in feet:
@@ -160,7 +160,7 @@ def joint_accelerations(motion: Motion, positions: Array) -> Array:
     return out
 
 
-def foot_joints(skeleton: Skeleton) -> tuple[int, ...]:
+def ankle_and_toe_joints(skeleton: Skeleton) -> tuple[int, ...]:
     """Return the indices of the ankles and toes, found by their names."""
     stems = {*FEET, *TOES}
     return tuple(

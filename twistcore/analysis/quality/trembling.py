@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from twistcore.analysis.quality.figure import figure_quality
+from twistcore.analysis.quality.figure import measure_body_motion_quality
 from twistcore.detection.cuts import count_leading_rest_frames
 from twistcore.quamo.resample import network_sample_times
 from twistcore.skeleton.motion import Motion, forward_kinematics
@@ -39,5 +39,5 @@ def jitter_if_trembling(motion: Motion) -> float | None:
         return None
     if float((third[1:] * third[:-1]).sum()) > _SWINGS * total:
         return None
-    measured = figure_quality(capture)
+    measured = measure_body_motion_quality(capture)
     return measured.jitter if measured else float(size.mean())

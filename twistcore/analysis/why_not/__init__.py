@@ -5,10 +5,16 @@ curve: 'below τ' is given only for a frame whose strength is below τ.
 """
 
 from twistcore.analysis.why_not.frames import (
-    unexplained_peaks,
-    why_no_interval_edge,
+    peaks_above_tau_outside_intervals,
+    why_frame_bounds_no_interval,
     why_peaks_lack_interval,
 )
 from twistcore.analysis.why_not.reason import Reason, Why
 
-__all__ = ["Reason", "Why", "unexplained_peaks", "why_no_interval_edge", "why_peaks_lack_interval"]
+__all__ = [
+    "Reason",
+    "Why",
+    "peaks_above_tau_outside_intervals",
+    "why_frame_bounds_no_interval",
+    "why_peaks_lack_interval",
+]

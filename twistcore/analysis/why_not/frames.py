@@ -34,7 +34,9 @@ from twistcore.skeleton.signals import TwistSignals
 _ENOUGH = 0.5
 
 
-def why_no_interval_edge(found: Detection, name: str, frame: int, *, first: int = 0) -> Reason:
+def why_frame_bounds_no_interval(
+    found: Detection, name: str, frame: int, *, first: int = 0
+) -> Reason:
     """Return the reason why no interval begins or ends at a frame of a chain or limb.
 
     Parameters
@@ -147,16 +149,18 @@ def _in_notation(
 
 
 def why_peaks_lack_interval(found: Detection, name: str, *, first: int = 0) -> list[Reason]:
-    """Return the reason for each of the :func:`unexplained_peaks` of a chain or limb.
+    """Return the reason for each of the :func:`peaks_above_tau_outside_intervals` of a chain or
+    limb.
 
     `first` is the frame number that is shown for the clip's first frame.
     """
     return [
-        why_no_interval_edge(found, name, t, first=first) for t in unexplained_peaks(found, name)
+        why_frame_bounds_no_interval(found, name, t, first=first)
+        for t in peaks_above_tau_outside_intervals(found, name)
     ]
 
 
-def unexplained_peaks(found: Detection, name: str) -> list[int]:
+def peaks_above_tau_outside_intervals(found: Detection, name: str) -> list[int]:
     """Return the frames of the peaks above τ outside intervals and their edges.
 
     A peak is the frame with the highest strength in a run of frames at or above τ, or the first of

@@ -223,7 +223,7 @@ def parse_count(text: str) -> int:
     return _whole(text, 1, _MOST)
 
 
-def parse_limit(text: str) -> int:
+def parse_whole_number_limit(text: str) -> int:
     """Convert a string to a whole number of at least 0, used as a limit."""
     return _whole(text, 0, _MOST)
 

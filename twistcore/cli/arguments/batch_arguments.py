@@ -14,7 +14,7 @@ from twistcore.cli.arguments.argument_types import (
     parse_worker_count,
 )
 from twistcore.cli.arguments.common_arguments import add_output, add_workers, deferred_command
-from twistcore.cli.arguments.detection_arguments import add_correction, add_detection
+from twistcore.cli.arguments.detection_arguments import add_correction_options, add_detection
 
 
 def add_batch(parser: argparse.ArgumentParser) -> None:
@@ -51,7 +51,7 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(run=deferred_command("batch_command", "batch_command"))
 
 
-def add_watch(parser: argparse.ArgumentParser) -> None:
+def add_watch_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `twistcore watch` to a parser."""
     parser.add_argument(
         "folder",
@@ -136,7 +136,7 @@ def _add_processing(parser: argparse.ArgumentParser) -> None:
         parser.add_argument_group("detection, as in `twistcore detect`"), parse_tau_degrees
     )
     parser.add_argument("--refine", action="store_true", help="also write corrected clips")
-    add_correction(parser)
+    add_correction_options(parser)
     parser.add_argument("--report", action="store_true", help="also write OUTDIR/report/index.html")
     for name, what in (
         ("jsonl", "JSON documents, one per line"),

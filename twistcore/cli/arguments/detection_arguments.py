@@ -103,7 +103,7 @@ def add_detection(
     add_chains(parser)
 
 
-def add_correction(parser: argparse.ArgumentParser) -> None:
+def add_correction_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that choose the intervals to correct."""
     parser.add_argument(
         "--min-confidence",

@@ -26,7 +26,7 @@ from twistcore.cli.arguments.common_arguments import (
 )
 
 
-def add_quamo(parser: argparse.ArgumentParser) -> None:
+def add_quamo_subcommands(parser: argparse.ArgumentParser) -> None:
     """Add the subcommands of `twistcore quamo` to a parser."""
     subparsers = add_commands(parser)
     for name, add_arguments in _COMMANDS.items():

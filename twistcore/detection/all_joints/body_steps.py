@@ -15,7 +15,7 @@ from twistcore.detection.bends import bend_steps
 from twistcore.detection.cuts import count_leading_rest_frames, count_trailing_rest_frames
 from twistcore.skeleton.medians import median, medians
 from twistcore.skeleton.motion import Motion, cache_per_object
-from twistcore.skeleton.notation import linear_keys, without_repeated_frames
+from twistcore.skeleton.notation import find_keys_of_linear_motion, without_repeated_frames
 from twistcore.skeleton.people import Person, find_people
 from twistcore.skeleton.rotation import Array, vector_lengths
 from twistcore.skeleton.runs import runs_of_true
@@ -87,7 +87,7 @@ def body_steps(motion: Motion) -> tuple[BodyStep, ...]:
     blend into one.
     """
     kept = without_repeated_frames(motion)
-    if kept is None and (keys := linear_keys(motion)) is not None:
+    if kept is None and (keys := find_keys_of_linear_motion(motion)) is not None:
         kept = keys.alone(motion)  # at a key every joint changes its pace
     if kept is not None:
         return tuple(
@@ -184,7 +184,7 @@ def _steps_at(step: Array, off: Array, frames: NDArray[np.intp], most: Array) ->
     )
 
 
-def body_step_curve(
+def body_rotation_curve_and_limit(
     motion: Motion, joints: Sequence[int], start: int, stop: int
 ) -> tuple[Array, Array] | None:
     """Return the median rotation of the joints that step in frames [start, stop), and its limit.
@@ -250,7 +250,7 @@ def _usual_around(off: Array, frames: NDArray[np.intp], width: int) -> Array:
     return np.array([usual[b] for b in at])
 
 
-def place_steps(motion: Motion, counted: Mask) -> list[PlaceStep]:
+def position_jumps(motion: Motion, counted: Mask) -> list[PlaceStep]:
     """Return the jumps in position of roots and of joints with position channels, sorted by start.
 
     If a position leaves its path for a frame or two and then returns, this is one jump. `motion`
@@ -279,7 +279,9 @@ def place_steps(motion: Motion, counted: Mask) -> list[PlaceStep]:
     return sorted(found, key=lambda p: (p.start, p.joint))
 
 
-def distance_from_path_curve(motion: Motion, joint: int, frame: int) -> tuple[Array, float] | None:
+def path_distance_and_jump_limit(
+    motion: Motion, joint: int, frame: int
+) -> tuple[Array, float] | None:
     """Return the distance of a joint from its path, (frames,), and the minimum jump in a frame.
 
     Both are fractions of the skeleton's height. The second is the smallest distance in frame

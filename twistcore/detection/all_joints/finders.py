@@ -14,25 +14,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.detection import lone_jumps
-from twistcore.detection.all_joints.body_steps import body_steps, place_steps
+from twistcore.detection.all_joints.body_steps import body_steps, position_jumps
 from twistcore.detection.all_joints.joint_steps import (
     JointStep,
     StepLimits,
-    block_margin_frames,
     joint_step_degrees,
     jumps,
     spikes,
+    step_search_margin_frames,
 )
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.finding import Found, KindSearch
-from twistcore.detection.interval import Interval, Kind, open_interval
+from twistcore.detection.interval import Interval, Kind, create_interval_without_offset
 from twistcore.detection.noise_bursts import noise_bursts
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.joint_owners import (
     chain_of_joint,
     farthest_descendant_distance,
+    joints_below_hands_and_feet,
     nearest_chain_by_joint,
-    toes_and_fingers,
 )
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.notation import DistinctFrames, without_repeated_frames
@@ -64,12 +64,14 @@ def find_place_jumps(search: KindSearch) -> Found:
         motion = held.motion
     owner, names = _owners(search), motion.skeleton.names
     found: dict[str, list[Interval]] = {}
-    for step in place_steps(motion, ~find_cuts(motion)):
+    for step in position_jumps(motion, ~find_cuts(motion)):
         if (chain := owner.get(step.joint)) is None:
             continue
         start, stop = _frames_in_clip(step.start, step.stop, held)
         evidence = {"joint": names[step.joint], "way_percent": 100.0 * step.way}
-        one = open_interval(Kind.PLACE_JUMP, chain.name, start, stop, 0.0, evidence)
+        one = create_interval_without_offset(
+            Kind.PLACE_JUMP, chain.name, start, stop, 0.0, evidence
+        )
         found.setdefault(chain.name, []).append(one)
     return found
 
@@ -88,7 +90,9 @@ def find_body_steps(search: KindSearch) -> Found:
             "joints_percent": 100.0 * step.share,
         }
         angle = math.radians(step.degrees)
-        one = open_interval(Kind.BODY_STEP, chain.name, step.start, step.stop, angle, evidence)
+        one = create_interval_without_offset(
+            Kind.BODY_STEP, chain.name, step.start, step.stop, angle, evidence
+        )
         found.setdefault(chain.name, []).append(one)
     return found
 
@@ -130,7 +134,7 @@ def limits_of(motion: Motion, chains: Sequence[Chain]) -> StepLimits:
 
     A joint without three rotation channels has limits that are never reached.
     """
-    small = toes_and_fingers(motion.skeleton, chains)
+    small = joints_below_hands_and_feet(motion.skeleton, chains)
     step = math.degrees(motion.angle_step)
     limits = StepLimits.of(len(motion.skeleton), motion.fps, small, step)
     if (rotatable := motion.skeleton.rotatable) is not None:
@@ -144,7 +148,10 @@ def _in_blocks(motion: Motion, limits: StepLimits) -> tuple[list[JointStep], lis
     calm = ~cut
     for k in range(1, limits.longest + 1):  # no cut within a spike
         calm[:-k] &= ~cut[k:]
-    around, step = block_margin_frames(limits), max(256, _NUMBERS // max(len(motion.skeleton), 1))
+    around, step = (
+        step_search_margin_frames(limits),
+        max(256, _NUMBERS // max(len(motion.skeleton), 1)),
+    )
     found: tuple[list[JointStep], list[JointStep]] = [], []
     for low in range(0, motion.frames, step):
         high = min(low + step, motion.frames)
@@ -291,7 +298,9 @@ def _by_chain(search: KindSearch, kind: Kind, steps: Sequence[JointStep]) -> Fou
             "reach": farthest_descendant_distance(skeleton, step.joint),
         }
         angle = math.radians(step.degrees)
-        one = open_interval(kind, chain.name, step.start, step.stop, angle, evidence)
+        one = create_interval_without_offset(
+            kind, chain.name, step.start, step.stop, angle, evidence
+        )
         one = replace(one, carried=True)  # everything below the joint moves with it
         found.setdefault(chain.name, []).append(one)
     return found

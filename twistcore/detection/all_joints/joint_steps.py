@@ -103,7 +103,7 @@ class StepLimits:
         return StepLimits(spike, jump, longest, max(_FLOOR, 2.0 * angle_step))
 
 
-def block_margin_frames(limits: StepLimits) -> int:
+def step_search_margin_frames(limits: StepLimits) -> int:
     """Return the number of additional frames on each side that are needed to examine a block."""
     return _REACH + limits.longest + 2
 
@@ -244,7 +244,7 @@ def _least_jump(near: Array, usual: Array) -> Array:
     return np.asarray(np.maximum(_TIMES * usual, _CALM * near.max(axis=0)))
 
 
-def angle_from_path_curve(
+def path_deviation_and_spike_limit(
     rotations: Array, joint: int, start: int, stop: int, limits: StepLimits
 ) -> tuple[Array, float]:
     """Return a joint's angle from its path, (frames,), and the minimum angle that is a spike.
@@ -267,7 +267,7 @@ def angle_from_path_curve(
     return off, float(max(limits.spike[joint], least[0]))
 
 
-def rotation_step_curve(
+def joint_rotation_and_jump_limit(
     rotations: Array, joint: int, start: int, limits: StepLimits
 ) -> tuple[Array, float]:
     """Return the rotation of a joint since the previous frame, (frames,), and the minimum jump.

@@ -15,12 +15,12 @@ from twistcore.detection.consistency.confidence import counter_twist_confidence
 from twistcore.detection.consistency.pieces import shows_in_twist
 from twistcore.detection.counter_twist.counter_rotation import CounterRotation
 from twistcore.detection.counter_twist.edges import Edges
-from twistcore.detection.counter_twist.offsets import Course, interval_offset_courses
+from twistcore.detection.counter_twist.offsets import Course, interval_twist_errors_over_time
 from twistcore.detection.counter_twist.pairing import (
     Pair,
     PairTable,
     best_edge_pairs,
-    unpaired_jumps,
+    one_ended_jump_intervals,
 )
 from twistcore.detection.evidence import (
     Background,
@@ -29,7 +29,7 @@ from twistcore.detection.evidence import (
     SuspectedError,
     Terms,
     judgement_of,
-    lacks_rotation_at_edges,
+    lacks_rotation_at_error_edges,
     measure_evidence,
 )
 from twistcore.detection.interval import Interval
@@ -171,9 +171,9 @@ class ChainAnalysis:
         """Return the intervals of one segment at threshold τ in radians, sorted by start."""
         pairs = best_edge_pairs(table, tau, self.fps)
         applied = len(pairs)
-        pairs += unpaired_jumps(table, pairs, tau)
+        pairs += one_ended_jump_intervals(table, pairs, tau)
         new = [p for p in pairs if (table.low, p) not in self._known]
-        courses = interval_offset_courses(new, table, self.limb, self.row, self.step)
+        courses = interval_twist_errors_over_time(new, table, self.limb, self.row, self.step)
         for pair, course in zip(new, courses, strict=True):
             self._known[table.low, pair] = self._interval(pair, table, course)
         known = [self._known[table.low, p] for p in pairs]
@@ -282,8 +282,10 @@ class ConsistencyAnalysis:
             own, motion, known = interval, False, self.witnesses[interval.chain]
             straight = (interval.evidence or {}).get("follows") == STRAIGHT
             terms = measure_evidence(self._background(interval.chain), SuspectedError.of(interval))
-            if not straight or terms.noise > 0.0 or lacks_rotation_at_edges(terms):
-                own, motion = judge_interval(interval, terms, known.segment, straight=straight)
+            if not straight or terms.noise > 0.0 or lacks_rotation_at_error_edges(terms):
+                own, motion = judge_interval_by_evidence(
+                    interval, terms, known.segment, straight=straight
+                )
             self._judged[id(interval)] = interval, own, motion and not straight
         return self._judged[id(interval)][1:]
 
@@ -303,7 +305,7 @@ class ConsistencyAnalysis:
         return self._backgrounds[chain]
 
 
-def judge_interval(
+def judge_interval_by_evidence(
     interval: Interval, terms: Terms, segment: str, *, straight: bool = False
 ) -> tuple[Interval, bool]:
     """Return an interval with its confidence limited by evidence, and whether it is natural motion.

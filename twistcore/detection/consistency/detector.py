@@ -18,15 +18,21 @@ from twistcore.detection.consistency.chain_analysis import (
     FixedInterval,
     automatic_tau,
 )
-from twistcore.detection.consistency.notated import NotatedAnalysis, has_overlap_priority
+from twistcore.detection.consistency.notated import (
+    NotatedAnalysis,
+    has_priority_in_interval_overlap,
+)
 from twistcore.detection.consistency.pieces import detrended_twist_increments
 from twistcore.detection.counter_twist.counter_rotation import CounterRotation, counter_rotation
-from twistcore.detection.counter_twist.edges import find_edges
-from twistcore.detection.counter_twist.pairing import counter_rotation_sums, edge_pair_table
+from twistcore.detection.counter_twist.edges import find_interval_edges_and_steps
+from twistcore.detection.counter_twist.pairing import (
+    interval_edge_pair_gains,
+    running_counter_rotation_sums,
+)
 from twistcore.detection.cuts import find_cuts, segments_between
 from twistcore.detection.evidence import ChainSignals
 from twistcore.detection.limbs import Limbs
-from twistcore.detection.noise_bursts import noise_near
+from twistcore.detection.noise_bursts import largest_joint_and_ancestor_noise
 from twistcore.detection.prediction import Mask
 from twistcore.detection.soft_errors import (
     Known,
@@ -44,7 +50,7 @@ from twistcore.detection.straight_limbs import (
 )
 from twistcore.skeleton.chain import Chain, group_chains_by_person
 from twistcore.skeleton.motion import Motion, Skeleton
-from twistcore.skeleton.notation import Keys, linear_keys, without_repeated_frames
+from twistcore.skeleton.notation import Keys, find_keys_of_linear_motion, without_repeated_frames
 from twistcore.skeleton.people import find_people
 from twistcore.skeleton.rotation import Array, conjugate, multiply, quaternion_from_axis_angle
 from twistcore.skeleton.runs import runs_of_true
@@ -54,7 +60,7 @@ from twistcore.work.progress import Tell, ignore_progress, stage_progress
 LONG = 20_000  # frames; in longer clips, limbs are analysed one at a time
 
 
-def analyse_chains(
+def analyse_counter_twists_of_chains(
     motion: Motion, chains: Sequence[Chain], tell: Tell | None = None, effort: float = 1.0
 ) -> ConsistencyAnalysis | NotatedAnalysis:
     """Analyse chains of a motion, before a threshold τ is chosen.
@@ -66,7 +72,7 @@ def analyse_chains(
     if (held := without_repeated_frames(motion)) is not None:
         own = [c.at(held.first) for c in chains]
         return NotatedAnalysis(held, _analysed(held.motion, own, tell, effort))
-    if (keys := linear_keys(motion)) is not None:
+    if (keys := find_keys_of_linear_motion(motion)) is not None:
         return _by_keys(motion, chains, keys, tell, effort)
     return _analysed(motion, chains, tell, effort)
 
@@ -83,7 +89,7 @@ def _by_keys(
     rotations = motion.rotations.copy()
     for chain in chains:
         for i in fine.intervals(chain.name, fine.automatic_tau(chain.name)):
-            if has_overlap_priority(i):
+            if has_priority_in_interval_overlap(i):
                 at = slice(i.start, i.stop)
                 axis = chain.axis if chain.axis.ndim == 1 else chain.axis[at]
                 turn = quaternion_from_axis_angle(axis, i.offset)
@@ -100,8 +106,8 @@ def _analysed(
 ) -> ConsistencyAnalysis:
     """Analyse chains of a motion without held frames.
 
-    `effort` has the same meaning as in :func:`analyse_chains`. If the linear keys `keys` are given,
-    only jumps are searched for, not errors of straight limbs or soft errors.
+    `effort` has the same meaning as in :func:`analyse_counter_twists_of_chains`. If the linear keys
+    `keys` are given, only jumps are searched for, not errors of straight limbs or soft errors.
     """
     cut = find_cuts(motion)
     segments = segments_between(cut, motion.fps)
@@ -121,7 +127,9 @@ def _analysed(
             out |= {c.name: c for c in found.chains()}
     pieces = {c.name: detrended_twist_increments(motion, c) for c in chains if not c.ends}
     noise = {
-        person: noise_near(motion, {j for c in of for j in (c.parent, c.child)})
+        person: largest_joint_and_ancestor_noise(
+            motion, {j for c in of for j in (c.parent, c.child)}
+        )
         for person, of in people.items()
     }
     witnesses = {c.name: ChainSignals.of(motion, c, noise[c.person]) for c in chains}
@@ -202,7 +210,7 @@ class _Softened:
             judged, motion = analysis.with_evidence(own.interval)
             if motion:
                 out[k] = False
-            elif not has_overlap_priority(judged) and any(
+            elif not has_priority_in_interval_overlap(judged) and any(
                 self._has_clearer_interval(analysis, c, error) for c in self.plain
             ):
                 out[k] = True
@@ -219,7 +227,7 @@ class _Softened:
             return False
         found = chain.intervals(chain.automatic_tau())
         near = (i for i in found if i.start < error.stop and error.start < i.stop)
-        return any(has_overlap_priority(analysis.with_evidence(i)[0]) for i in near)
+        return any(has_priority_in_interval_overlap(analysis.with_evidence(i)[0]) for i in near)
 
 
 def _meets(count: int, known: Known, error: SoftError) -> bool:
@@ -379,9 +387,9 @@ def find_jumps(
     out = []
     for row in range(len(counter.x)):
         tell(1.0)
-        edges, step = find_edges(counter, row)
-        sums = counter_rotation_sums(counter, row, step)
-        tables = tuple(edge_pair_table(edges, sums, low, high) for low, high in segments)
+        edges, step = find_interval_edges_and_steps(counter, row)
+        sums = running_counter_rotation_sums(counter, row, step)
+        tables = tuple(interval_edge_pair_gains(edges, sums, low, high) for low, high in segments)
         out.append(Jumps(counter, row, edges, step, tables, automatic_tau(counter, row), fps))
     return out
 

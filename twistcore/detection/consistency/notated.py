@@ -73,7 +73,7 @@ class NotatedAnalysis:
         found = [self._in_clip(i) for i in self.coarse.intervals(chain, tau)]
         if self.fine is not None:
             sharp = self.fine.intervals(chain, tau)
-            clear = [i for i in sharp if has_overlap_priority(i)]
+            clear = [i for i in sharp if has_priority_in_interval_overlap(i)]
             found = [*clear, *(i for i in found if not any(_meet(i, s) for s in clear))]
             found += (i for i in sharp if not any(_meet(i, s) for s in found))
         return tuple(sorted(found, key=lambda i: (i.start, i.stop)))
@@ -113,7 +113,7 @@ class NotatedAnalysis:
         return self.kept.too_few or "transition" in (interval.evidence or {})
 
 
-def has_overlap_priority(interval: Interval) -> bool:
+def has_priority_in_interval_overlap(interval: Interval) -> bool:
     """Return True if an interval is certain enough to take priority over overlapping ones."""
     return not interval.open and (interval.confidence or 0.0) >= CLEAR
 

@@ -11,12 +11,12 @@ from twistcore.detection.prediction import (
     Index,
     Mask,
     Predictor,
-    half_scale_window_frames,
-    least_residual_scale,
-    local_residual_scale,
-    predict_between_keys,
+    interpolate_sigma_growth_over_gaps,
+    local_sigma_of_increment_residuals,
+    predict_increments_between_linear_keys,
     residual_from_coarse_median,
-    sigma_growth_at_gaps,
+    residual_sigma_half_window_frames,
+    smallest_increment_residual_sigma,
 )
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
@@ -93,7 +93,7 @@ def counter_rotation(
     tell = tell or ignore_progress
     captured = limbs.increments()
     live = np.broadcast_to(~cut, captured.shape[1:])
-    half = half_scale_window_frames(fps)
+    half = residual_sigma_half_window_frames(fps)
     good = _coarsely_good(captured, live, half, limbs)
     rounds = _Rounds(captured, limbs, cut, half)
     moving = np.ones(len(good), dtype=bool)  # chains of limbs that have not converged
@@ -114,7 +114,7 @@ def counter_rotation(
         if not moving.any():
             break
     event, lone = event & live, lone & live
-    d, _, sigma_d, _ = combine_residuals(residual, sigma)
+    d, _, sigma_d, _ = combine_counter_rotation_residuals(residual, sigma)
     return CounterRotation(
         captured[0], captured[1], residual[0], residual[1], sigma[0], sigma[1],
         np.where(live, d, 0.0), sigma_d, event, lone,
@@ -132,7 +132,7 @@ class _Rounds:
     def __init__(self, captured: Array, limbs: Limbs, cut: Mask, half: int) -> None:
         self._captured, self._limbs, self._half = captured, limbs, half
         self._live = np.tile(~cut, limbs.count)  # (limbs · frames,)
-        self._least = least_residual_scale(limbs.step)
+        self._least = smallest_increment_residual_sigma(limbs.step)
         self._predictor = Predictor(captured)
         self._signals = captured
         self._changed = np.zeros(captured.shape[1:], dtype=bool)
@@ -167,10 +167,12 @@ class _Rounds:
         root.reshape(flat)[:, p.at] = np.sqrt(np.abs(wrap(at_signals - at_predicted)))
         steady = good.copy()
         steady.ravel()[p.at] &= p.gap < STEADY_GAP
-        sigma = local_residual_scale(root, steady, self._half, self._least)
+        sigma = local_sigma_of_increment_residuals(root, steady, self._half, self._least)
         wide = p.gap > 1.0
         at = p.at[wide]
-        sigma.reshape(flat)[:, at] *= sigma_growth_at_gaps(self._growth, chain[wide], p.gap[wide])
+        sigma.reshape(flat)[:, at] *= interpolate_sigma_growth_over_gaps(
+            self._growth, chain[wide], p.gap[wide]
+        )
         return self._without_images(predicted, sigma, turn)
 
     def _between_keys(self, good: Mask, turn: int) -> tuple[Array, Array]:
@@ -180,9 +182,9 @@ class _Rounds:
         """
         assert self._limbs.keys is not None
         keys = self._limbs.keys
-        predicted = predict_between_keys(self._signals, good, keys)
+        predicted = predict_increments_between_linear_keys(self._signals, good, keys)
         root = np.sqrt(np.abs(wrap(self._signals - predicted)))
-        sigma = local_residual_scale(root, good, self._half, self._least)
+        sigma = local_sigma_of_increment_residuals(root, good, self._half, self._least)
         sigma = np.maximum(sigma, UNEVEN * np.abs(predicted))
         return self._without_images(predicted, sigma, turn)
 
@@ -272,14 +274,16 @@ def _jumps(
     event, lone, denied = (np.zeros(may.size, dtype=bool) for _ in range(3))
     some = residual.reshape(2, -1)[:, at]
     sigmas = sigma.reshape(2, -1)[:, at]
-    d, disagreement, sigma_d, sigma_e = combine_residuals(some, sigmas)
+    d, disagreement, sigma_d, sigma_e = combine_counter_rotation_residuals(some, sigmas)
     denied[at] = np.abs(disagreement) > AGREE_SHARE * np.abs(d) + AGREE_SIGMA * sigma_e
     event[at] = (np.abs(d) > significant * sigma_d) & ~denied[at]
     lone[at] = (np.abs(some) > lone_jump * sigmas).any(axis=0)
     return event.reshape(may.shape), lone.reshape(may.shape), denied.reshape(may.shape)
 
 
-def combine_residuals(residual: Array, sigma: Array) -> tuple[Array, Array, Array, Array]:
+def combine_counter_rotation_residuals(
+    residual: Array, sigma: Array
+) -> tuple[Array, Array, Array, Array]:
     """Combine the residuals rx and ry, (2, …), with their scales `sigma`, (2, …).
 
     Returns the counter-rotation d, the disagreement wrap(rx + ry), and the scales of both, each
@@ -307,10 +311,14 @@ def _coarsely_good(signals: Array, live: Mask, half: int, limbs: Limbs) -> Mask:
             if limbs.keys is None:
                 residual = residual_from_coarse_median(signals, step)
             else:
-                residual = wrap(signals - predict_between_keys(signals, good, limbs.keys))
+                residual = wrap(
+                    signals - predict_increments_between_linear_keys(signals, good, limbs.keys)
+                )
             root = np.sqrt(np.abs(residual))
             known = step
-        sigma = local_residual_scale(root, good, half, least_residual_scale(limbs.step))
+        sigma = local_sigma_of_increment_residuals(
+            root, good, half, smallest_increment_residual_sigma(limbs.step)
+        )
         event, lone, _ = _jumps(residual, sigma, SIGNIFICANT_COARSE, LONE_JUMP_COARSE)
         good &= ~event & ~lone
     return good

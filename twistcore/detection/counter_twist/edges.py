@@ -7,7 +7,7 @@ import numpy as np
 from twistcore.detection.counter_twist.counter_rotation import (
     SIGNIFICANT,
     CounterRotation,
-    combine_residuals,
+    combine_counter_rotation_residuals,
 )
 from twistcore.detection.prediction import Index, Mask
 from twistcore.detection.robust_cost import residual_cost
@@ -62,7 +62,7 @@ class Edges:
         return Edges(*(column[at] for column in vars(self).values()))
 
 
-def find_edges(counter: CounterRotation, chain: int) -> tuple[Edges, Mask]:
+def find_interval_edges_and_steps(counter: CounterRotation, chain: int) -> tuple[Edges, Mask]:
     """Return all possible edges of a chain, and a mask of its steps, (frames,).
 
     Edges are short runs of frames in which an error may begin or end. Steps are the frames in which
@@ -147,7 +147,9 @@ def _readings(
     share = SUM_SHARE[bounds[:, 1] - bounds[:, 0]]
     x, y = (wrap(_sums(r[chain], bounds)) for r in (counter.rx, counter.ry))
     sigma = share * np.stack([_sums(s[chain], bounds) for s in (counter.sigma_x, counter.sigma_y)])
-    mean, apart, sigma_mean, sigma_apart = combine_residuals(np.stack([x, y]), sigma)
+    mean, apart, sigma_mean, sigma_apart = combine_counter_rotation_residuals(
+        np.stack([x, y]), sigma
+    )
     differ = np.abs(apart) > DIFFERENT * sigma_apart
     natural = residual_cost(x / sigma[0]) + residual_cost(y / sigma[1])
     jumps = np.stack([mean, x, -y])

@@ -45,7 +45,7 @@ class Course:
     followed: float = 1.0
 
 
-def interval_offset_courses(
+def interval_twist_errors_over_time(
     pairs: Sequence[Pair], table: PairTable, counter: CounterRotation, chain: int, step: Mask
 ) -> list[Course]:
     """Return the twist error of each interval over time.

@@ -159,7 +159,7 @@ class PairTable:
         return found
 
 
-def counter_rotation_sums(counter: CounterRotation, chain: int, step: Mask) -> Array:
+def running_counter_rotation_sums(counter: CounterRotation, chain: int, step: Mask) -> Array:
     """Return the running sums of a chain's counter-rotation d and its variance σ².
 
     The rows of the result, (4, frames + 1), are the sums of d and σ² over steps and the sums of d
@@ -172,10 +172,10 @@ def counter_rotation_sums(counter: CounterRotation, chain: int, step: Mask) -> A
     return np.concatenate([np.zeros((4, 1)), sums], axis=1)
 
 
-def edge_pair_table(edges: Edges, sums: Array, low: int, high: int) -> PairTable:
+def interval_edge_pair_gains(edges: Edges, sums: Array, low: int, high: int) -> PairTable:
     """Return the gains of all pairs of edges in the segment [low, high).
 
-    `sums` is the result of :func:`counter_rotation_sums` for the chain.
+    `sums` is the result of :func:`running_counter_rotation_sums` for the chain.
     """
     inside = (low < edges.start) & (edges.stop <= high) & (np.abs(edges.jump) >= SMALLEST)
     edges = edges[inside]
@@ -190,8 +190,8 @@ def edge_pair_table(edges: Edges, sums: Array, low: int, high: int) -> PairTable
 def _block(edges: Edges, sums: tuple[Array, Array], first: int, last: int) -> Block:
     """Return the gains of all pairs whose closing edge has an index in [first, last).
 
-    `sums` contains the values of :func:`counter_rotation_sums` at the start and at the stop of each
-    edge.
+    `sums` contains the values of :func:`running_counter_rotation_sums` at the start and at the stop
+    of each edge.
     """
     row, begin = slice(first, last), max(0, first - BAND)
     col = slice(begin, last)
@@ -370,7 +370,7 @@ def _candidates(table: PairTable, asked: Mask, longest: int) -> list[list[Pair]]
     return out
 
 
-def unpaired_jumps(table: PairTable, pairs: Sequence[Pair], tau: float) -> list[Pair]:
+def one_ended_jump_intervals(table: PairTable, pairs: Sequence[Pair], tau: float) -> list[Pair]:
     """Return the clear jumps of a segment outside all intervals, as intervals with one edge.
 
     Each interval is on the shorter side of its jump. `pairs` contains the chosen intervals, and

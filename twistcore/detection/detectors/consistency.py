@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from twistcore.detection.consistency.chain_analysis import ConsistencyAnalysis
-from twistcore.detection.consistency.detector import analyse_chains
+from twistcore.detection.consistency.detector import analyse_counter_twists_of_chains
 from twistcore.detection.consistency.notated import NotatedAnalysis
 from twistcore.detection.protocol import DetectorInfo
 from twistcore.skeleton.chain import Chain
@@ -37,7 +37,7 @@ class ConsistencyDetector:
 
         `tell` is called with the progress, from 0 to 1.
         """
-        return analyse_chains(motion, chains, tell)
+        return analyse_counter_twists_of_chains(motion, chains, tell)
 
 
 DETECTOR = ConsistencyDetector()

@@ -1,7 +1,11 @@
 """Estimate from all evidence the probability that the correction of a counter-twist is right."""
 
 from twistcore.detection.evidence.chain_signals import ChainSignals
-from twistcore.detection.evidence.judgement import Judgement, judgement_of, lacks_rotation_at_edges
+from twistcore.detection.evidence.judgement import (
+    Judgement,
+    judgement_of,
+    lacks_rotation_at_error_edges,
+)
 from twistcore.detection.evidence.terms import (
     Background,
     SuspectedError,
@@ -17,7 +21,7 @@ __all__ = [
     "SuspectedError",
     "Terms",
     "judgement_of",
-    "lacks_rotation_at_edges",
+    "lacks_rotation_at_error_edges",
     "measure_evidence",
     "usual_bend_side",
 ]

@@ -212,14 +212,14 @@ class ChainSignals:
                 over = total[first + width :][:count] - total[first : first + count]
                 over -= pace
                 out[first : first + count] = wrap_degrees(over)
-            evict_oldest_entries(self._series, len(turns))[name, width] = out
+            evict_oldest_cache_entries(self._series, len(turns))[name, width] = out
         return self._series[name, width]
 
     def _totals(self, name: str) -> tuple[Array, Array]:
         """Return a signal and its sums over the frames before each frame, (frames + 1,)."""
         if (name, 0) not in self._series:
             total = np.concatenate([[0.0], np.cumsum(getattr(self, name))])
-            evict_oldest_entries(self._series, len(total))[name, 0] = total
+            evict_oldest_cache_entries(self._series, len(total))[name, 0] = total
         return getattr(self, name), self._series[name, 0]
 
     def bent(self, width: int) -> Mask:
@@ -234,7 +234,7 @@ class ChainSignals:
         return np.asarray(np.minimum(before, after) > ALONG)
 
 
-def evict_oldest_entries(
+def evict_oldest_cache_entries(
     made: dict[_K, _V], frames: int, fewest: int = _FEWEST_KEPT
 ) -> dict[_K, _V]:
     """Remove the oldest entries of a cache until there is room for one more, and return the cache.

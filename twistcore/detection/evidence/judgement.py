@@ -14,7 +14,7 @@ from types import MappingProxyType
 from twistcore.detection.evidence.terms import BENT, Terms
 from twistcore.work.frozen import dataclass
 
-# The weight of each term of :func:`unweighted_terms`, in log odds.
+# The weight of each term of :func:`unweighted_evidence_scores`, in log odds.
 WEIGHTS: Mapping[str, float] = MappingProxyType(
     {
         "base": -0.62,
@@ -93,7 +93,7 @@ class Judgement:
         return 1.0 / (1.0 + math.exp(-max(-30.0, min(30.0, self.score))))
 
 
-def unweighted_terms(t: Terms) -> dict[str, float]:
+def unweighted_evidence_scores(t: Terms) -> dict[str, float]:
     """Return the terms of the score before weighting, keyed by the names in :data:`WEIGHTS`."""
     told = t.hinged and t.edge_bend > BENT and t.for_azimuth < _SPEAKS and t.for_side < _SPEAKS
     known = not math.isnan(t.off_before)
@@ -124,7 +124,7 @@ def _clear(t: Terms) -> bool:
     return t.for_azimuth > _CLEAR or max(t.for_x, t.for_y) > _SILENT
 
 
-def lacks_rotation_at_edges(t: Terms) -> bool:
+def lacks_rotation_at_error_edges(t: Terms) -> bool:
     """Return True if the parent or the child clearly does not rotate at the edges of the error.
 
     The result is False if either of them hardly rotates in the rest of the clip, because a rotation
@@ -146,12 +146,12 @@ def judgement_of(t: Terms, segment: str = "", *, straight: bool = False) -> Judg
         True if the interval was found as an error of a straight limb. In such an error, both bones
         must rotate at the ends of the interval.
     """
-    parts = {name: WEIGHTS[name] * value for name, value in unweighted_terms(t).items()}
+    parts = {name: WEIGHTS[name] * value for name, value in unweighted_evidence_scores(t).items()}
     motion = sum(parts.values()) < _MOTION
     vetoes = []
     if t.side_spread < _HINGE and t.off_after > t.off_before + _OFF:
         vetoes.append("off_its_hinge")
-    if straight and lacks_rotation_at_edges(t):
+    if straight and lacks_rotation_at_error_edges(t):
         vetoes.append("unanswered")
     if t.noise > 0.0:
         vetoes.append("noise")

@@ -20,7 +20,7 @@ from twistcore.detection.evidence.chain_signals import (
     PACE,
     ChainSignals,
     Mask,
-    evict_oldest_entries,
+    evict_oldest_cache_entries,
 )
 from twistcore.detection.interval import Interval
 from twistcore.detection.robust_cost import residual_cost
@@ -243,7 +243,7 @@ class Background:
                 free &= chain.bent(width)
             enough = free.sum() > 5
             everywhere = robust_scale(turned[free], 0.03) if enough else math.nan
-            evict_oldest_entries(self._known, chain.frames)[name, width] = _Usual(
+            evict_oldest_cache_entries(self._known, chain.frames)[name, width] = _Usual(
                 turned, free, everywhere
             )
         return self._known[name, width]
@@ -268,7 +268,7 @@ class Background:
             count = int(free.sum())
             natural = quantile(against[free], 0.99) if count else 0.0
             made = _Against(np.where(free, against, -1.0), count, natural)
-            evict_oldest_entries(self._against, c.frames)[width] = made
+            evict_oldest_cache_entries(self._against, c.frames)[width] = made
         return self._against[width]
 
 

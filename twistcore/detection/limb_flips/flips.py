@@ -23,12 +23,12 @@ from twistcore.detection.limb_flips.jumps import (
     Jump,
     median_around,
     natural_departure_scale,
-    rotation_departures,
+    rotations_minus_nearby_median,
     sharp_jumps,
     soft_jumps,
 )
-from twistcore.detection.limb_flips.swivel import Swivel, swivel_of
-from twistcore.detection.noise_bursts import noise_near
+from twistcore.detection.limb_flips.swivel import Swivel, compute_limb_swivel
+from twistcore.detection.noise_bursts import largest_joint_and_ancestor_noise
 from twistcore.detection.prediction import Index, Mask
 from twistcore.skeleton.chain import group_chains_by_person
 from twistcore.skeleton.limb import Limb, joint_path
@@ -135,7 +135,7 @@ class LimbFlips:
         found = []
         if self.noisy[max(run.start - 1, 0) : run.stop + 1].any():
             found.append("there is a burst of noise")
-        now, then = measure_middle_joint_path(self.swivel, run.start, run.offset)
+        now, then = measure_flip_effect_on_path(self.swivel, run.start, run.offset)
         if then[0] >= now[0]:
             found.append(f"the {self.limb.middle_word} would travel a longer path")
         elif then[1] >= now[1]:
@@ -148,7 +148,9 @@ class LimbFlips:
         `offset` contains the angle of the flip in each frame, in radians, (frames,).
         """
         turns = wrap(self.swivel.jump - np.diff(offset, prepend=offset[:1]))
-        return np.where(self.capture, rotation_departures(np.where(self.capture, turns, 0.0)), 0.0)
+        return np.where(
+            self.capture, rotations_minus_nearby_median(np.where(self.capture, turns, 0.0)), 0.0
+        )
 
     def end_carried(self, start: int, offset: Array) -> bool:
         """Return True if the limb's end joint rotated with the limb in a flip.
@@ -174,7 +176,7 @@ class LimbFlips:
         )
 
 
-def measure_middle_joint_path(swivel: Swivel, start: int, offset: Array) -> tuple[Array, Array]:
+def measure_flip_effect_on_path(swivel: Swivel, start: int, offset: Array) -> tuple[Array, Array]:
     """Measure the path of a limb's middle joint near a flip, as captured and without the flip.
 
     `start` is the first frame of the flip, and `offset` contains its angles in radians. Each result
@@ -222,7 +224,7 @@ def _explained(limb: LimbFlips, run: Run) -> dict[str, Any]:
     """
     swivel = limb.swivel
     edges = (run.first, *run.followed, run.last)
-    (length, roughness), (after, rough_after) = measure_middle_joint_path(
+    (length, roughness), (after, rough_after) = measure_flip_effect_on_path(
         swivel, run.start, run.offset
     )
     return {
@@ -287,12 +289,15 @@ def analyse_limbs(
     swivels = []
     for k, limb in enumerate(limbs):
         tell(k / len(limbs))
-        swivels.append(swivel_of(motion, limb))
+        swivels.append(compute_limb_swivel(motion, limb))
     if len(limbs) >= SEVERAL:
-        jumping = [np.abs(rotation_departures(s.jump)) >= TAU for s in swivels]
+        jumping = [np.abs(rotations_minus_nearby_median(s.jump)) >= TAU for s in swivels]
         border |= np.mean(jumping, axis=0) > TOGETHER
     noisy = {
-        person: noise_near(motion, (j for b in of for j in _joints(motion, b))) > 0.0
+        person: largest_joint_and_ancestor_noise(
+            motion, (j for b in of for j in _joints(motion, b))
+        )
+        > 0.0
         for person, of in group_chains_by_person(limbs).items()
     }
     return LimbFlipAnalysis(
@@ -309,6 +314,6 @@ def _joints(motion: Motion, limb: Limb) -> tuple[int, ...]:
 
 def _of_limb(limb: Limb, swivel: Swivel, border: Mask, noisy: Mask, fps: float) -> LimbFlips:
     turns = np.where(border, 0.0, swivel.jump)
-    departures = np.where(border, 0.0, rotation_departures(turns))
+    departures = np.where(border, 0.0, rotations_minus_nearby_median(turns))
     soft = soft_jumps(turns, np.abs(departures) >= SHARP, fps)
     return LimbFlips(limb, fps, swivel, departures, ~border, noisy, tuple(soft))

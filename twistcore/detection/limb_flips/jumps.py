@@ -66,7 +66,7 @@ class Jump:
         return sum(self.turns)
 
 
-def rotation_departures(turns: Array) -> Array:
+def rotations_minus_nearby_median(turns: Array) -> Array:
     """Return a limb's departures: its rotations minus the median of nearby frames, in radians.
 
     `turns` contains the rotations about the limb's line since the previous frame, in radians,
@@ -100,10 +100,10 @@ def _median(windows: Array) -> Array:
 def natural_departure_scale(departures: Array, height: Array, fps: float, frames: Index) -> Array:
     """Return the natural magnitude of a limb's departures near given frames, in radians, (n,).
 
-    `departures` contains the departures (see :func:`rotation_departures`) in radians, (frames,).
-    `height` contains the distance of the middle joint from the line between the limb's ends, as a
-    fraction of the limb's length, (frames,). The smaller this distance is, the farther the same
-    jitter rotates the limb about the line.
+    `departures` contains the departures (see :func:`rotations_minus_nearby_median`) in radians,
+    (frames,). `height` contains the distance of the middle joint from the line between the limb's
+    ends, as a fraction of the limb's length, (frames,). The smaller this distance is, the farther
+    the same jitter rotates the limb about the line.
     """
     half = max(NEAR, round(_SCALE_SECONDS * fps))
     padded = np.pad(np.abs(departures), half, mode="symmetric")
@@ -121,9 +121,9 @@ def sharp_jumps(
 ) -> list[Jump]:
     """Return the single-frame jumps, whose departures are at least τ radians or unusually large.
 
-    `departures` contains the departures (see :func:`rotation_departures`) in radians, (frames,).
-    `scale_at` and `steps_at` are functions that return the natural magnitude of the departures and
-    the movement of the limb's end at given frames.
+    `departures` contains the departures (see :func:`rotations_minus_nearby_median`) in radians,
+    (frames,). `scale_at` and `steps_at` are functions that return the natural magnitude of the
+    departures and the movement of the limb's end at given frames.
     """
     size = np.abs(departures)
     at = np.flatnonzero(size >= min(tau, _WEAK))

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from twistcore.detection.prediction import Mask
-from twistcore.skeleton.angles import angle_about
-from twistcore.skeleton.limb import Limb, joint_path, limb_positions
+from twistcore.skeleton.angles import vector_angles_about_axis
+from twistcore.skeleton.limb import Limb, joint_path, limb_middle_and_end_positions
 from twistcore.skeleton.medians import medians
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import (
@@ -69,19 +69,20 @@ class Swivel:
     def angle_at(self, to_child: Array, to_end: Array) -> Array:
         """Return the swivel angle φ in radians for different positions of C and E, (frames,).
 
-        The positions are in the form that :func:`~twistcore.skeleton.limb.limb_positions` returns.
+        The positions are in the form that
+        :func:`~twistcore.skeleton.limb.limb_middle_and_end_positions` returns.
         """
         line = to_end / np.maximum(vector_lengths(to_end), 1e-12)[:, None]
         aside = to_child - np.einsum("ti,ti->t", to_child, line)[:, None] * line
         return _angle(line, aside, self.side)
 
 
-def swivel_of(motion: Motion, limb: Limb) -> Swivel:
+def compute_limb_swivel(motion: Motion, limb: Limb) -> Swivel:
     """Compute the swivel of a limb.
 
     `angle` and `jump` are 0 in frames in which the line is undefined.
     """
-    to_child, to_end = limb_positions(motion, limb)
+    to_child, to_end = limb_middle_and_end_positions(motion, limb)
     length = float(vector_lengths(to_child).mean() + vector_lengths(to_end - to_child).mean())
     size = vector_lengths(to_end)
     lined = size > _FOLDED * length
@@ -165,7 +166,7 @@ def _agreed(before: Sequence[Array], after: Sequence[Array]) -> tuple[Array, Mas
         _roll(*q, way, line) for q in zip(before[:2], (upper, lower), strict=True)
     )
     seen = np.minimum(height, before[4]) > BENT
-    place = angle_about(line, rotate(way, before[3]), aside)
+    place = vector_angles_about_axis(line, rotate(way, before[3]), aside)
     judge = np.where(seen, place, of_lower)
     off_upper, off_lower = wrap(of_upper - judge), wrap(of_lower - judge)
     nearer = np.where(seen & (np.abs(off_lower) < np.abs(off_upper)), off_lower, off_upper)
@@ -211,4 +212,4 @@ def _usual_side(line: Array, aside: Array, height: Array) -> Array:
 
 def _angle(line: Array, aside: Array, side: Array) -> Array:
     """Return the angles about the line from direction `side` to the vectors `aside`, radians."""
-    return angle_about(line, side - (line @ side)[:, None] * line, aside)
+    return vector_angles_about_axis(line, side - (line @ side)[:, None] * line, aside)

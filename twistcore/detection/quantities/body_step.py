@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
-from twistcore.detection.all_joints.body_steps import body_step_curve
+from twistcore.detection.all_joints.body_steps import body_rotation_curve_and_limit
 from twistcore.detection.finding import KindSearch
 from twistcore.detection.interval import Interval
 from twistcore.detection.quantity import ENDS, OwnFrames, Quantity
-from twistcore.skeleton.notation import linear_keys, without_repeated_frames
+from twistcore.skeleton.notation import find_keys_of_linear_motion, without_repeated_frames
 from twistcore.skeleton.people import find_people
 
 
@@ -18,12 +18,12 @@ def turn_of_body(search: KindSearch, interval: Interval) -> Quantity | None:
     The limit of the curve is the largest natural rotation. The result is None if no joint jumps.
     """
     motion, kept = search.motion, without_repeated_frames(search.motion)
-    if kept is None and (keys := linear_keys(motion)) is not None:
+    if kept is None and (keys := find_keys_of_linear_motion(motion)) is not None:
         kept = keys.alone(motion)
     own = OwnFrames.of(motion, kept)
     person = next(c.person for c in search.chains if c.name == interval.chain)
     joints = next(p.joints for p in find_people(motion.skeleton) if p.name == person)
-    found = body_step_curve(own.motion, joints, *own.span(interval))
+    found = body_rotation_curve_and_limit(own.motion, joints, *own.span(interval))
     if found is None:
         return None
     turns, limit = found

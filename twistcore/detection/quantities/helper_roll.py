@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from twistcore.detection.finding import KindSearch
-from twistcore.detection.helper_rolls import SMALLEST_ROLL, roll_curve
+from twistcore.detection.helper_rolls import SMALLEST_ROLL, accumulated_helper_roll
 from twistcore.detection.interval import Interval
 from twistcore.detection.quantity import Quantity
 from twistcore.skeleton.helper import Helper
@@ -22,7 +22,7 @@ def roll_of_helper(search: KindSearch, interval: Interval) -> Quantity | None:
     own = (h for h in search.named if isinstance(h, Helper) and h.name == interval.chain)
     if (helper := next(own, None)) is None:
         return None
-    roll, frames = roll_curve(search.motion, helper), search.motion.frames
+    roll, frames = accumulated_helper_roll(search.motion, helper), search.motion.frames
     before = interval.start - 1 if interval.start else min(interval.stop, frames - 1)
     return Quantity(
         f"Roll of {interval.chain} relative to the frame before the interval",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from twistcore.detection.all_joints.finders import limits_of
-from twistcore.detection.all_joints.joint_steps import rotation_step_curve
+from twistcore.detection.all_joints.joint_steps import joint_rotation_and_jump_limit
 from twistcore.detection.finding import KindSearch
 from twistcore.detection.interval import Interval
 from twistcore.detection.quantity import ENDS, OwnFrames, Quantity
@@ -18,7 +18,9 @@ def turn_per_frame(search: KindSearch, interval: Interval) -> Quantity:
     """
     own, joint = OwnFrames.of(search.motion), search.joint_of(interval)
     limits = limits_of(own.motion, search.chains)
-    turns, least = rotation_step_curve(own.motion.rotations, joint, own.span(interval)[0], limits)
+    turns, least = joint_rotation_and_jump_limit(
+        own.motion.rotations, joint, own.span(interval)[0], limits
+    )
     return Quantity(
         f"Turn of {interval.joint} per frame",
         own.examined(turns, interval, ends=ENDS),

@@ -6,7 +6,7 @@ import math
 
 from twistcore.detection.finding import KindSearch
 from twistcore.detection.interval import Interval
-from twistcore.detection.noise_bursts import noise_curve
+from twistcore.detection.noise_bursts import joint_noise_and_burst_threshold
 from twistcore.detection.quantity import OwnFrames, Quantity
 
 
@@ -16,7 +16,7 @@ def noise_of_joint(search: KindSearch, interval: Interval) -> Quantity:
     The limit of the curve is the smallest σ of a burst.
     """
     own = OwnFrames.of(search.motion)
-    sigma, least = noise_curve(own.motion, search.joint_of(interval))
+    sigma, least = joint_noise_and_burst_threshold(own.motion, search.joint_of(interval))
     return Quantity(
         f"Noise σ of {interval.joint}",
         sigma[own.at],

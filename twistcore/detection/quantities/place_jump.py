@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from twistcore.detection.all_joints.body_steps import distance_from_path_curve
+from twistcore.detection.all_joints.body_steps import path_distance_and_jump_limit
 from twistcore.detection.finding import KindSearch
 from twistcore.detection.interval import Interval
 from twistcore.detection.quantity import ENDS, OwnFrames, Quantity
@@ -16,7 +16,7 @@ def way_off_path(search: KindSearch, interval: Interval) -> Quantity | None:
     """
     own = OwnFrames.of(search.motion)
     start, stop = own.span(interval)
-    found = distance_from_path_curve(own.motion, search.joint_of(interval), start)
+    found = path_distance_and_jump_limit(own.motion, search.joint_of(interval), start)
     if found is None:
         return None
     ways, least = 100.0 * found[0], 100.0 * found[1]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from twistcore.detection.all_joints.finders import limits_of
-from twistcore.detection.all_joints.joint_steps import angle_from_path_curve
+from twistcore.detection.all_joints.joint_steps import path_deviation_and_spike_limit
 from twistcore.detection.finding import KindSearch
 from twistcore.detection.interval import Interval
 from twistcore.detection.quantity import ENDS, OwnFrames, Quantity
@@ -19,7 +19,9 @@ def angle_off_path(search: KindSearch, interval: Interval) -> Quantity:
     """
     own, joint = OwnFrames.of(search.motion), search.joint_of(interval)
     limits = limits_of(own.motion, search.chains)
-    off, least = angle_from_path_curve(own.motion.rotations, joint, *own.span(interval), limits)
+    off, least = path_deviation_and_spike_limit(
+        own.motion.rotations, joint, *own.span(interval), limits
+    )
     return Quantity(
         f"Angle of {interval.joint} from its path",
         own.examined(off, interval, around=limits.longest, ends=ENDS),

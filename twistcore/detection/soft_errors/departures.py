@@ -85,7 +85,9 @@ class SpanGrid:
     def _probes(self) -> tuple[list[int], list[tuple[float, float, float, float]]]:
         """The frame of each probe after the first frame of a span, and its bridge weights."""
         inside = [round(probe * self.length) for probe in PROBES]
-        return inside, [bridge_weights(i / self.length, self.length, self.reach) for i in inside]
+        return inside, [
+            hermite_bridge_frame_weights(i / self.length, self.length, self.reach) for i in inside
+        ]
 
     def noise(self) -> Array:
         """Return the standard deviation at each probe of the departures of white noise with σ = 1.
@@ -110,7 +112,7 @@ class SpanGrid:
         return frames[..., None] + begin, np.array(weights).T
 
 
-def span_grids(fps: float, frames: int) -> tuple[SpanGrid, ...]:
+def overlapping_frame_spans_by_length(fps: float, frames: int) -> tuple[SpanGrid, ...]:
     """Return the spans of each length that fits at least twice into a clip of `frames` frames."""
     reach = max(1, round(SLOPE_SECONDS * fps))
     lengths = sorted({max(SHORTEST, round(seconds * fps)) for seconds in SPANS})
@@ -119,7 +121,9 @@ def span_grids(fps: float, frames: int) -> tuple[SpanGrid, ...]:
 
 
 @cache
-def bridge_weights(at: float, length: int, reach: int) -> tuple[float, float, float, float]:
+def hermite_bridge_frame_weights(
+    at: float, length: int, reach: int
+) -> tuple[float, float, float, float]:
     """Return the weights of four frames in the value of a bridge (a Hermite cubic over a span).
 
     The frames are `reach` frames before the first frame of the span, its first frame, its last
@@ -133,7 +137,9 @@ def bridge_weights(at: float, length: int, reach: int) -> tuple[float, float, fl
     return -slope_in, 1.0 - rise + slope_in, rise + slope_out, -slope_out
 
 
-def natural_level_bridges(level: Array, ranges: Index, inner: slice, reach: int) -> Array:
+def natural_accumulated_twist_curves(
+    level: Array, ranges: Index, inner: slice, reach: int
+) -> Array:
     """Return the natural courses of levels (running sums) over one frame range each.
 
     Each course is the Hermite cubic through the level one frame before and one frame after the

@@ -33,7 +33,7 @@ ROUNDED = 0.29  # σ of a level due to rounding, in rounding steps of the angles
 CAP = 14.0  # nats: the cost of all large departures, which are equally unlikely
 
 
-def departure_cost(z: Values, cap: float = CAP) -> Values:
+def natural_twist_departure_cost(z: Values, cap: float = CAP) -> Values:
     """Return the costs in nats of departures of `z` σ from the natural course, at most `cap`.
 
     The cost is the negative log-likelihood of u, given x + y, relative to a departure of 0.
@@ -79,7 +79,7 @@ class Natural:
         return np.asarray(self.sigma * np.sqrt((NU + z * z) / (NU + 1.0)))
 
 
-def natural_scales(
+def natural_twist_departure_scales(
     x: Array, y: Array, fps: float, spans: tuple[SpanGrid, ...], bad: Mask, step: float = 0.0
 ) -> list[Natural]:
     """Measure the scales of natural motion's departures over the spans of each length.
@@ -116,7 +116,7 @@ def natural_scales(
         enough = clean.sum(axis=1) >= np.maximum(FEWEST, FEWEST_SHARE * many)
         total = dx + dy
         middle = len(dx) // 2
-        beta = fitted_increment_share(dx[middle], total[middle], clean)
+        beta = fit_parent_share_of_twist(dx[middle], total[middle], clean)
         half = max(LOCAL_SECONDS * fps, 1.5 * span.length)
         window = max(1, round(half / span.step))
         sigma = _scales(dx - beta[:, None] * total, clean, window)
@@ -145,7 +145,7 @@ def natural_scales(
     return found
 
 
-def fitted_increment_share(x: Array, total: Array, clean: Mask) -> Array:
+def fit_parent_share_of_twist(x: Array, total: Array, clean: Mask) -> Array:
     """Return for each chain the β in 0…1 that minimises Σ|x − β(x + y)|, (chains,).
 
     `total` contains x + y, and `clean` is the mask of the positions to use. They and `x` have the
@@ -196,7 +196,7 @@ def _box_mean_parts(root: Array, clean: Mask, window: int) -> tuple[Array, Array
     return sums[0], sums[1]
 
 
-def unlikely_increments(x: Array, y: Array, fps: float, step: float = 0.0) -> Mask:
+def unnaturally_large_twist_increments(x: Array, y: Array, fps: float, step: float = 0.0) -> Mask:
     """Return a mask of the frames with unnaturally large increments, (chains, frames).
 
     Natural scales must not be measured in these frames. `x` and `y` are the twist increments in
@@ -205,7 +205,7 @@ def unlikely_increments(x: Array, y: Array, fps: float, step: float = 0.0) -> Ma
     least = max(0.5 * FLOOR, math.sqrt(2.0) * ROUNDED * step)
     everywhere = np.ones(x.shape, dtype=bool)
     total = x + y
-    u = x - fitted_increment_share(x, total, everywhere)[:, None] * total
+    u = x - fit_parent_share_of_twist(x, total, everywhere)[:, None] * total
     size, half = np.abs(u), round(LOCAL_SECONDS * fps)
     quiet = QUIET * quantiles(size, QUIET_SHARE)[:, None]
     sigma = np.maximum(quiet, least)

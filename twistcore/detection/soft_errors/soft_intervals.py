@@ -13,20 +13,20 @@ from numpy.typing import NDArray
 from twistcore.detection.interval import Interval
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.prediction import Mask
-from twistcore.detection.soft_errors.natural_scale import unlikely_increments
+from twistcore.detection.soft_errors.natural_scale import unnaturally_large_twist_increments
 from twistcore.detection.soft_errors.silent_joints import (
     STANDS,
-    remove_silent_joint_errors,
-    silent_joint_by_chain,
-    silent_joint_error_runs,
-    silent_joint_twist_error,
+    extract_twist_free_joint_errors,
+    find_twist_free_joints,
+    twist_free_joint_error_angles,
+    twist_free_joint_error_ranges,
 )
 from twistcore.detection.soft_errors.soft_error import SoftError, mark_error_if_unsure
 from twistcore.detection.soft_errors.soft_search import (
     SEED,
     Search,
-    explain_seeds_of_limbs,
-    natural_motion_costs,
+    search_soft_errors_within_budget,
+    twist_departure_costs_per_span,
 )
 from twistcore.detection.soft_errors.surprise import Surprise
 from twistcore.skeleton.rotation import Array
@@ -126,21 +126,21 @@ def search_soft_errors(
     # may be the error.
     straight = {k.row % limbs.count for k in known if k.firm}
     as_captured = {
-        r: s for r, s in silent_joint_by_chain(surprise).items() if r % limbs.count not in straight
+        r: s for r, s in find_twist_free_joints(surprise).items() if r % limbs.count not in straight
     }
     for k in known:
         surprise.remove_error(k.row, k.start, k.offset)
     if known:
         _refresh(surprise)
-    sides = as_captured | silent_joint_by_chain(surprise)
+    sides = as_captured | find_twist_free_joints(surprise)
     lively = np.array([r not in sides for r in range(surprise.rows)])
     unnatural = np.zeros((surprise.rows, surprise.frames), dtype=bool)
     for row, side in sides.items():
-        level = silent_joint_twist_error(surprise, row, side)
+        level = twist_free_joint_error_angles(surprise, row, side)
         if level is None:
             unnatural[row] = True
             continue
-        for start, stop in silent_joint_error_runs(level, cut):
+        for start, stop in twist_free_joint_error_ranges(level, cut):
             unnatural[row, start:stop] = True
         for k in known if row % limbs.count not in straight else ():
             # A silent joint shows errors to a tenth of a degree, so an interval must be that exact.
@@ -148,7 +148,7 @@ def search_soft_errors(
                 unnatural[row, k.start : k.stop] = True
     bad = np.zeros_like(unnatural)
     if lively.any():
-        bad = unlikely_increments(surprise.x, surprise.y, fps, limbs.step)
+        bad = unnaturally_large_twist_increments(surprise.x, surprise.y, fps, limbs.step)
         surprise.measure(bad)
         unnatural |= _unnatural(surprise) & lively[:, None]
     if not unnatural.any():
@@ -167,14 +167,14 @@ def search_soft_errors(
     found: list[SoftError] = []
     limbs_left = sorted({r % limbs.count for r in np.flatnonzero(unnatural.any(axis=1)).tolist()})
     for i in limbs_left:
-        found += remove_silent_joint_errors(
+        found += extract_twist_free_joint_errors(
             surprise, {r: sides[r] for r in surprise.limb(i) if r in sides}
         )
     # A known interval is replaced if the silent joint of its chain is now still in its frames.
     standing = {
         r: v
         for r, s in sides.items()
-        if (v := silent_joint_twist_error(surprise, r, s)) is not None
+        if (v := twist_free_joint_error_angles(surprise, r, s)) is not None
     }
     replaced = [
         k
@@ -276,7 +276,9 @@ def _lively_errors(
         Mask of the frames that were not searched within the budget.
     """
     left = np.zeros((surprise.limbs.count, surprise.frames), dtype=bool)
-    bad |= unlikely_increments(surprise.x, surprise.y, surprise.fps, surprise.limbs.step)
+    bad |= unnaturally_large_twist_increments(
+        surprise.x, surprise.y, surprise.fps, surprise.limbs.step
+    )
     joints = surprise.joints.copy()
     found: list[SoftError] = []
     for turn in range(ROUNDS):
@@ -295,7 +297,7 @@ def _lively_errors(
         share = surprise.budget / ROUNDS
         if turn + 1 == ROUNDS:
             share = surprise.budget - surprise.work
-        explain_seeds_of_limbs(list(searches.values()), surprise, share)
+        search_soft_errors_within_budget(list(searches.values()), surprise, share)
         found = [f for s in searches.values() for f in s.found]
         left[:] = False
         for i, s in searches.items():
@@ -321,7 +323,9 @@ def _unnatural(surprise: Surprise) -> Mask:
     out = np.zeros((surprise.rows, surprise.frames), dtype=bool)
     for k, a in enumerate(surprise.at):
         span = a.natural.span
-        for row, position in np.argwhere(natural_motion_costs(surprise, k, rows) > SEED).tolist():
+        for row, position in np.argwhere(
+            twist_departure_costs_per_span(surprise, k, rows) > SEED
+        ).tolist():
             out[row, span.step * position : span.step * position + span.support] = True
     return out
 
@@ -363,14 +367,14 @@ def soft_interval(chain: str, error: SoftError) -> Interval:
         error.start,
         error.stop,
         error.offset,
-        confidence=soft_confidence(error.gain),
+        confidence=soft_error_confidence_from_gain(error.gain),
         explain=partial(_evidence, error),
         followed=error.followed,
         open=error.unsure,
     )
 
 
-def soft_confidence(gain: float) -> float:
+def soft_error_confidence_from_gain(gain: float) -> float:
     """Return the probability that the correction of a soft error is right, 0…1, given its gain."""
     return 1.0 / (1.0 + math.exp(-max(-30.0, min(30.0, (gain - 80.0) / 12.0))))
 

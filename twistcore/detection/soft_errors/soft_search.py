@@ -13,7 +13,7 @@ import numpy as np
 
 from twistcore.detection.prediction import Index, Mask
 from twistcore.detection.soft_errors.explanations import FREE_AT, PRIOR, Explanations, Seed
-from twistcore.detection.soft_errors.natural_scale import departure_cost
+from twistcore.detection.soft_errors.natural_scale import natural_twist_departure_cost
 from twistcore.detection.soft_errors.soft_error import SoftError
 from twistcore.detection.soft_errors.surprise import SEED_CAP, SMALLEST, Surprise
 from twistcore.skeleton.rotation import Array
@@ -25,7 +25,7 @@ OVER = 1.2  # multiple of the budget after which even a seed in progress is aban
 IN_VAIN = 20  # a search ends after this number of successive seeds without an explanation
 
 
-def natural_motion_costs(surprise: Surprise, k: int, rows: Index) -> Array:
+def twist_departure_costs_per_span(surprise: Surprise, k: int, rows: Index) -> Array:
     """Return the cost of natural motion over each span of one length, in nats, (rows, positions).
 
     The cost is the sum of the costs of u's departures from its natural course at the three probes
@@ -35,12 +35,14 @@ def natural_motion_costs(surprise: Surprise, k: int, rows: Index) -> Array:
     a = surprise.at[k]
     u = a.u[:, rows]
     size = np.abs(u)
-    gain = departure_cost(u / a.spread[:, rows], SEED_CAP).sum(axis=0)
+    gain = natural_twist_departure_cost(u / a.spread[:, rows], SEED_CAP).sum(axis=0)
     gain *= (size.max(axis=0) >= SMALLEST) & a.usable
     return np.asarray(gain)
 
 
-def explain_seeds_of_limbs(searches: Sequence[Search], surprise: Surprise, budget: float) -> bool:
+def search_soft_errors_within_budget(
+    searches: Sequence[Search], surprise: Surprise, budget: float
+) -> bool:
     """Explain the seeds of several limbs, strongest first. Return True if all seeds were examined.
 
     A seed is a span with an unnaturally large departure. When the work exceeds `budget`, in the
@@ -81,7 +83,9 @@ class Search:
         """
         self._explained[row] = {}
         for k in range(len(self._surprise.at)):
-            self._gain[row, k] = natural_motion_costs(self._surprise, k, np.array([row]))[0]
+            self._gain[row, k] = twist_departure_costs_per_span(self._surprise, k, np.array([row]))[
+                0
+            ]
             self._top[row, k] = self._seed(row, k)
 
     def _seed(self, row: int, k: int, near: tuple[int, int] | None = None) -> Seed | None:

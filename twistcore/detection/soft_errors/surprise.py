@@ -20,8 +20,8 @@ from twistcore.detection.soft_errors.departures import (
     PROBES,
     Single,
     SpanGrid,
-    natural_level_bridges,
-    span_grids,
+    natural_accumulated_twist_curves,
+    overlapping_frame_spans_by_length,
 )
 from twistcore.detection.soft_errors.local_departures import (
     LocalDepartures,
@@ -31,8 +31,8 @@ from twistcore.detection.soft_errors.local_departures import (
 from twistcore.detection.soft_errors.natural_scale import (
     NU,
     Natural,
-    departure_cost,
-    natural_scales,
+    natural_twist_departure_cost,
+    natural_twist_departure_scales,
 )
 from twistcore.skeleton.rotation import (
     Array,
@@ -128,7 +128,7 @@ class Surprise:
         self.rows, self.frames = len(limbs) * limbs.count, limbs.frames
         self.x, self.y = limbs.increments()
         self.x[:, cut] = self.y[:, cut] = 0.0
-        self.spans = span_grids(fps, self.frames)
+        self.spans = overlapping_frame_spans_by_length(fps, self.frames)
         self.work = 0  # number of departures to which the search has fitted courses so far
         self.budget = budget
         self.at: list[_AtSpan] = []
@@ -183,7 +183,9 @@ class Surprise:
 
         `bad` is the mask of the frames that may contain errors, shape (rows, frames).
         """
-        natural = natural_scales(self.x, self.y, self.fps, self.spans, bad, self.limbs.step)
+        natural = natural_twist_departure_scales(
+            self.x, self.y, self.fps, self.spans, bad, self.limbs.step
+        )
         level_x, level_y = np.cumsum(self.x, axis=1), np.cumsum(self.y, axis=1)
         across = np.concatenate([[0], np.cumsum(self.cut)])
         self.at = []
@@ -232,7 +234,9 @@ class Surprise:
             at = np.s_[:, row, first:last]
             z = a.u[at] / a.spread[at], a.total[at] / a.natural.sigma_sum[at]
             found += self._weight(a) * float(
-                ((departure_cost(z[0]) + departure_cost(z[1])) * here).sum()
+                (
+                    (natural_twist_departure_cost(z[0]) + natural_twist_departure_cost(z[1])) * here
+                ).sum()
             )
         return found
 
@@ -270,7 +274,9 @@ class Surprise:
                 part.start - start : max(part.stop - start, 0)
             ]
             u = a.u[:, row, first:last] - span.departures(level)
-            gain = departure_cost(u / a.spread[:, row, first:last], SEED_CAP).sum(axis=0)
+            gain = natural_twist_departure_cost(u / a.spread[:, row, first:last], SEED_CAP).sum(
+                axis=0
+            )
             gain *= (np.abs(u).max(axis=0) >= SMALLEST) & a.usable[first:last]
             most = max(most, float(gain.max(initial=0.0)))
         return most
@@ -319,7 +325,7 @@ class Surprise:
         inner = slice(low - first, high - first)
         frames = np.arange(low, high)
         inside = (frames >= ranges[:, :1]) & (frames < ranges[:, 1:])
-        course = natural_level_bridges(level, ranges - first, inner, reach)
+        course = natural_accumulated_twist_curves(level, ranges - first, inner, reach)
         return np.where(inside, level[:, inner] - course, 0.0), sigma
 
     def scales(self, row: int, ranges: Index) -> tuple[Array, Array]:

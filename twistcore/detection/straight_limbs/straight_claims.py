@@ -9,26 +9,26 @@ import numpy as np
 
 from twistcore.detection.counter_twist.counter_rotation import CounterRotation
 from twistcore.detection.counter_twist.edges import Edges
-from twistcore.detection.counter_twist.offsets import interval_offset_courses
+from twistcore.detection.counter_twist.offsets import interval_twist_errors_over_time
 from twistcore.detection.counter_twist.pairing import (
     PairTable,
     best_edge_pairs,
-    counter_rotation_sums,
-    edge_pair_table,
+    interval_edge_pair_gains,
+    running_counter_rotation_sums,
 )
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.straight_limbs.straight_course import (
     error_course,
-    increment_difference_scale,
+    twist_increment_change_scale,
 )
 from twistcore.detection.straight_limbs.straight_spells import (
     Bend,
     Mask,
     Spell,
     StraightError,
-    bend_of,
+    find_straight_limb_twist_errors,
     find_straight_ranges,
-    straight_errors_in_range,
+    limb_bend_per_frame,
     unexplained_opposite_rotation,
 )
 from twistcore.skeleton.chain import Chain
@@ -111,8 +111,10 @@ class Jumps:
     def without(self, peaks: Mask) -> Jumps:
         """Return a copy without edges that have a peak in the frames of a mask, (frames,)."""
         edges = self.edges[~peaks[self.edges.peak]]
-        sums = counter_rotation_sums(self.counter, self.row, self.step)
-        tables = tuple(edge_pair_table(edges, sums, table.low, table.high) for table in self.tables)
+        sums = running_counter_rotation_sums(self.counter, self.row, self.step)
+        tables = tuple(
+            interval_edge_pair_gains(edges, sums, table.low, table.high) for table in self.tables
+        )
         return replace(self, edges=edges, tables=tables)
 
     def offset(self) -> Array:
@@ -127,7 +129,9 @@ class Jumps:
         out = []
         for table in self.tables:
             pairs = best_edge_pairs(table, self.tau, self.fps)
-            courses = interval_offset_courses(pairs, table, self.counter, self.row, self.step)
+            courses = interval_twist_errors_over_time(
+                pairs, table, self.counter, self.row, self.step
+            )
             for pair, found in zip(pairs, courses, strict=True):
                 peaks = table.edges.peak[[k for k in pair[:2] if k >= 0]].tolist()
                 out.append(_Jumping(found.start, found.offset, tuple(peaks)))
@@ -202,7 +206,7 @@ def find_straight_limb_errors(
     if chain.grandchild < 0:
         return None
     fps, tables = motion.fps, jumps.tables
-    bend = bend_of(motion.rotations[:, chain.child], chain.axis, chain.arm, fps)
+    bend = limb_bend_per_frame(motion.rotations[:, chain.child], chain.axis, chain.arm, fps)
     if bend.azimuth is None:
         return None
     captured = jumps.counter.x[jumps.row], jumps.counter.y[jumps.row]
@@ -216,7 +220,10 @@ def find_straight_limb_errors(
     errors: list[StraightError] = []
     claimed = np.zeros(motion.frames, dtype=bool)
     step = motion.angle_step
-    scales = increment_difference_scale(left[0], step), increment_difference_scale(left[1], step)
+    scales = (
+        twist_increment_change_scale(left[0], step),
+        twist_increment_change_scale(left[1], step),
+    )
     for table in tables:
         beside = [j for j in unsaid if table.low <= j.start < table.high]
         for spell in find_straight_ranges(left, bend, table.low, table.high, fps):
@@ -262,7 +269,7 @@ def _error_of(
     increments
         The twist increments of parent and child, radians, each with the shape (frames,).
     scales
-        The scales of both increments in the whole clip, from :func:`increment_difference_scale`.
+        The scales of both increments in the whole clip, from :func:`twist_increment_change_scale`.
     jumping
         The intervals between jumps in the segment that contains the spell.
     bend
@@ -286,7 +293,7 @@ def _error_of(
         )
         if left <= least + AS_LITTLE:
             return []
-    found = straight_errors_in_range((x, y), delta, here, fps)
+    found = find_straight_limb_twist_errors((x, y), delta, here, fps)
     errors = [replace(e, start=e.start + low, peak=e.peak + low) for e in found]
     return [
         e

@@ -48,7 +48,7 @@ def error_course(
     increments
         The twist increments x of the parent and y of the child, radians, each of shape (frames,).
     scales
-        The scales of x and y from :func:`increment_difference_scale`.
+        The scales of x and y from :func:`twist_increment_change_scale`.
     start, stop
         The frames in which the limb is straight.
     low, high
@@ -70,7 +70,7 @@ def error_course(
     return _seldom_changing(band, right, start > low, stop < high, STEP / fps)
 
 
-def increment_difference_scale(increments: Array, step: float = 0.0) -> float:
+def twist_increment_change_scale(increments: Array, step: float = 0.0) -> float:
     """Return the usual difference between successive increments, in radians.
 
     `step` is the rounding step of the angles in the file, in radians. It determines the smallest

@@ -144,7 +144,7 @@ class StraightError:
         return self.start + len(self.offset)
 
 
-def bend_of(q_child: Array, axis: Array, arm: Array, fps: float) -> Bend:
+def limb_bend_per_frame(q_child: Array, axis: Array, arm: Array, fps: float) -> Bend:
     """Return the bend of a limb in each frame.
 
     `q_child` contains the local rotations of the child, (frames, 4). `axis` and `arm` are unit
@@ -184,7 +184,7 @@ def find_straight_ranges(
     return out
 
 
-def straight_errors_in_range(
+def find_straight_limb_twist_errors(
     increments: tuple[Array, Array], delta: Array, spell: Spell, fps: float
 ) -> list[StraightError]:
     """Return the errors in a spell: runs of δ that begin or end with opposite joint rotations.
@@ -192,7 +192,7 @@ def straight_errors_in_range(
     `increments` contains the twist increments of parent and child. `delta` contains the twist error
     δ in all frames, which is 0 outside the spell. Both arrays are in radians.
     """
-    window = transition_window_frames(fps)
+    window = twist_transition_window_frames(fps)
     first = spell.windows(window).start
     turn, answer = _turns(increments, spell, fps)
     change = (delta[window:] - delta[:-window])[spell.windows(window)]
@@ -255,7 +255,7 @@ def unexplained_opposite_rotation(
     return float(np.abs(both).max(initial=0.0))
 
 
-def transition_window_frames(fps: float) -> int:
+def twist_transition_window_frames(fps: float) -> int:
     """Return the length, in frames, of the window in which a transition is searched for."""
     return max(2, round(WINDOW * fps))
 
@@ -287,7 +287,7 @@ def _over_windows(signal: Array, spell: Spell, fps: float) -> tuple[Array, Array
     The pace is the mean of the signal next to a window. Only values in the segment that contains
     the spell are used, and the outermost values are repeated beyond the segment.
     """
-    window = transition_window_frames(fps)
+    window = twist_transition_window_frames(fps)
     half = window // 2
     at = spell.windows(window)
     # The range of the increments that are needed.

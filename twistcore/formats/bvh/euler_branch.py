@@ -84,9 +84,9 @@ def _principal(order: str, q: Array, third: Array | None) -> tuple[Array, NDArra
     return first, locked
 
 
-def euler_angles_in_order(order: str, q: Array) -> Array:
+def continuous_euler_angles_in_order(order: str, q: Array) -> Array:
     """Return the Euler angles of q in the given order, degrees, (n, 3), without avoidable jumps."""
-    return unrolled_euler_angles(order, np.degrees(_principal(order, q, None)[0]))
+    return unwrapped_euler_angles(order, np.degrees(_principal(order, q, None)[0]))
 
 
 def nearest_euler_angles(order: str, q: Array, near: Array) -> Array:
@@ -99,7 +99,7 @@ def nearest_euler_angles(order: str, q: Array, near: Array) -> Array:
     return nearest
 
 
-def euler_angle_jumps(
+def euler_jump_rows_and_channels(
     angles: Array, before: Array | None, after: Array | None
 ) -> list[tuple[int, int]]:
     """Return (row, channel) of each step of more than half a turn. Angles are in radians.
@@ -295,7 +295,7 @@ def _previous(at: tuple[int, ...], back: list[Array]) -> tuple[int, ...]:
 # -- steps in the angles of a file -----------------------------------------------------------------
 
 
-def unrolled_euler_angles(order: str, angles: Array) -> Array:
+def unwrapped_euler_angles(order: str, angles: Array) -> Array:
     """Replace angles with equivalent ones without avoidable jumps, in degrees, (n, channels).
 
     Where a channel steps by more than 90°, the equivalent angles nearest to the previous frame are

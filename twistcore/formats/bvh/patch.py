@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.formats.bvh.channels import JointChannels
-from twistcore.formats.bvh.euler_branch import continuous_euler_angles, euler_angle_jumps
+from twistcore.formats.bvh.euler_branch import continuous_euler_angles, euler_jump_rows_and_channels
 from twistcore.formats.clip import ChannelJump
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array
@@ -67,7 +67,9 @@ def changed_rotation_values(
         for start, stop in _runs(changed[:, joint]).tolist():
             q, own = rotations[start:stop], near[start:stop]
             found = continuous_euler_angles(layout.order, q, own, *_neighbours(near, start, stop))
-            for row, channel in euler_angle_jumps(found, *_neighbours(source, start, stop)):
+            for row, channel in euler_jump_rows_and_channels(
+                found, *_neighbours(source, start, stop)
+            ):
                 letter = layout.order[channel]
                 jumps.append(ChannelJump(name, start + row, f"{letter}rotation"))
             tokens.append((np.arange(start, stop)[:, None] * columns + rotation).ravel())

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from twistcore.errors import TwistError
 from twistcore.formats.bvh.clip import BvhClip
 from twistcore.formats.bvh.euler_branch import (
-    euler_angles_in_order,
+    continuous_euler_angles_in_order,
     nearest_euler_angles,
-    unrolled_euler_angles,
+    unwrapped_euler_angles,
 )
 from twistcore.formats.bvh.header_places import HeaderPlace, header_word_spans
 from twistcore.formats.bvh.lower_rate import reparse_bvh, select_bvh_frames
@@ -71,12 +71,12 @@ class Rewriting:
     notes: tuple[str, ...] = ()
 
 
-def unroll_clip_angles(clip: BvhClip) -> Rewriting:
-    """Replace angles that jump with equivalent angles (see :func:`unrolled_euler_angles`)."""
+def unwrap_bvh_clip_angles(clip: BvhClip) -> Rewriting:
+    """Replace angles that jump with equivalent angles (see :func:`unwrapped_euler_angles`)."""
     values = clip.values.copy()
     for layout in clip.channels:
         if columns := list(layout.rotation):
-            values[:, columns] = unrolled_euler_angles(layout.order, values[:, columns])
+            values[:, columns] = unwrapped_euler_angles(layout.order, values[:, columns])
     return _rewritten(clip, values)
 
 
@@ -102,7 +102,7 @@ def change_rotation_order(clip: BvhClip, orders: Mapping[str, str]) -> Rewriting
             notes.append(f"{name} keeps its channels, because it does not turn about three axes")
         elif layout.rotatable and order != layout.order:
             columns = list(layout.rotation)
-            angles = euler_angles_in_order(order, clip.motion.rotations[:, joint])
+            angles = continuous_euler_angles_in_order(order, clip.motion.rotations[:, joint])
             same = np.abs(angles - values[:, columns]) < _SAME
             values[:, columns] = np.where(same, values[:, columns], angles)
             letters |= dict(zip(columns, order, strict=True))

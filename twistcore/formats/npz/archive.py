@@ -70,7 +70,7 @@ class Archive:
 
     def described(self) -> str:
         """Return the names of the arrays as one short line for a message."""
-        return shorten_name_list(self.infos)
+        return shorten_npz_array_names(self.infos)
 
     def array(self, name: str) -> NDArray[Any]:
         """Return an array.
@@ -127,7 +127,7 @@ class Archive:
                 f"{self.path}: expected numbers in {quoted_word(name)}, found objects, which "
                 "cannot be unpacked without running code"
             )
-        if _NUMBER * values.size > archive_unpack_limit(len(self.data)):
+        if _NUMBER * values.size > npz_unpack_limit_in_bytes(len(self.data)):
             raise _too_much(self.path, _NUMBER * values.size, len(self.data))
         return raw[:start], values, by_column
 
@@ -170,7 +170,7 @@ class Archive:
         return out.getvalue()
 
 
-def shorten_name_list(names: Iterable[str]) -> str:
+def shorten_npz_array_names(names: Iterable[str]) -> str:
     """Return names as one short line for a message."""
     every = list(names)
     more = f" and {len(every) - 12} more" if len(every) > 12 else ""
@@ -193,8 +193,9 @@ def open_archive(path: Path, data: bytes) -> Archive:
 def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> None:
     """Raise NpzError unless all members can be read, do not overlap and have plausible sizes.
 
-    Nothing is unpacked. The sum of the declared sizes is limited by :func:`archive_unpack_limit`,
-    and a member is never read beyond its declared size. `size` is the size of the file in bytes.
+    Nothing is unpacked. The sum of the declared sizes is limited by
+    :func:`npz_unpack_limit_in_bytes`, and a member is never read beyond its declared size. `size`
+    is the size of the file in bytes.
     """
     if len({info.filename.removesuffix(_NPY) for info in infos}) < len(infos):
         raise NpzError(f"{path}: expected every array once, found two with the same name")
@@ -205,7 +206,7 @@ def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> No
             f"{path}: expected arrays that are stored or deflated, as numpy writes them, "
             f"but {quoted_word(odd[0].filename)} is compressed differently"
         )
-    if (total := sum(info.file_size for info in infos)) > archive_unpack_limit(size):
+    if (total := sum(info.file_size for info in infos)) > npz_unpack_limit_in_bytes(size):
         raise _too_much(path, total, size)
     stop = 0
     for info in sorted(infos, key=lambda info: info.header_offset):
@@ -214,7 +215,7 @@ def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> No
         stop = info.header_offset + _HEADER + info.compress_size
 
 
-def archive_unpack_limit(size: int) -> int:
+def npz_unpack_limit_in_bytes(size: int) -> int:
     """Return how many bytes may be unpacked from a file of `size` bytes."""
     return min(LARGEST, _FREE + _RATIO * size)
 
@@ -244,18 +245,18 @@ def npy_header(raw: bytes) -> tuple[int, tuple[int, ...], np.dtype[Any], bool]:
         warnings.simplefilter("ignore")
         read = form.read_array_header_1_0 if first else form.read_array_header_2_0
         shape, by_column, dtype = read(file)
-    check_shape(shape, len(raw))
+    check_array_shape_fits_file(shape, len(raw))
     return file.tell(), shape, dtype, by_column
 
 
-def check_shape(shape: Sequence[int], size: int) -> None:
+def check_array_shape_fits_file(shape: Sequence[int], size: int) -> None:
     """Raise ValueError if an array in a file of `size` bytes cannot have this shape."""
     if not all(0 <= length <= max(size, _EMPTY) for length in shape):
         raise ValueError(shape)
 
 
 def _too_much(path: Path, found: int, size: int) -> NpzError:
-    most, found = archive_unpack_limit(size) >> 20, found >> 20
+    most, found = npz_unpack_limit_in_bytes(size) >> 20, found >> 20
     return NpzError(
         f"{path}: expected at most {most} MiB of arrays in a file of this size, found {found} MiB"
     )

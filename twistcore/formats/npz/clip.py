@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from twistcore.formats.clip import ChannelJump, Clip, Patch
 from twistcore.formats.npz.pose_names import PosePart
 from twistcore.formats.npz.stored_arrays import Arrays
-from twistcore.formats.npz.vector_branch import continuous_rotation_vectors
+from twistcore.formats.npz.vector_branch import continuous_npz_rotation_vectors
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, exponential
 from twistcore.work.frozen import dataclass
@@ -133,7 +133,7 @@ class NpzClip(Clip):
         for start, stop in edges.tolist():
             before = own[start - 1] if start > 0 else None
             after = own[stop] if stop < len(own) else None
-            found = continuous_rotation_vectors(q[start:stop], own[start:stop], before, after)
+            found = continuous_npz_rotation_vectors(q[start:stop], own[start:stop], before, after)
             out.append(found)
             line = np.stack([v for v in (before, *found, after) if v is not None])
             first = start - (before is not None)

@@ -21,7 +21,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.formats.npz.archive import check_shape
+from twistcore.formats.npz.archive import check_array_shape_fits_file
 
 _KINDS = "biuf"  # kinds of dtypes that are plain numbers
 _KEY = 1 << 60  # the hash of an integer up to this size is the integer
@@ -175,7 +175,7 @@ def _shaped(raw: Any, dtype: Any, shape: Any, order: object) -> NDArray[Any]:
         raise TypeError("an array has no bytes")
     shape = tuple(shape)
     plain, count = dtype.plain(), _count(shape)
-    check_shape(shape, len(raw))
+    check_array_shape_fits_file(shape, len(raw))
     if len(raw) != count * plain.itemsize:
         raise ValueError("the size of an array does not match its shape")
     return np.frombuffer(raw, dtype=plain).reshape(shape, order="F" if order == "F" else "C")

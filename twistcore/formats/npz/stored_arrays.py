@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from twistcore.errors import NpzError
 from twistcore.files.kinds import PICKLE, wrong_file_kind_message
 from twistcore.formats.bvh.header import quoted_word
-from twistcore.formats.npz.archive import shorten_name_list
+from twistcore.formats.npz.archive import shorten_npz_array_names
 from twistcore.formats.npz.pickled_arrays import LimitError, Places, read_pickle_with_offsets
 from twistcore.work.frozen import dataclass
 
@@ -70,7 +70,7 @@ class PickledDict:
 
     def described(self) -> str:
         """Return the names of the arrays as one short line for a message."""
-        return shorten_name_list(map(str, self.names))
+        return shorten_npz_array_names(map(str, self.names))
 
     def array(self, name: str) -> NDArray[Any]:
         """Return an array, or a list of plain numbers as an array.

@@ -15,7 +15,7 @@ _MOST_TURNS = 8  # maximum number of full turns in each direction; no file has m
 _OWN = 1e-3  # weight of the distance to the file's vector, relative to the steps
 
 
-def continuous_rotation_vectors(
+def continuous_npz_rotation_vectors(
     q: Array, own: Array, before: Array | None = None, after: Array | None = None
 ) -> Array:
     """Return the equivalent rotation vectors that change least over time, radians, (n, 3).

@@ -13,7 +13,12 @@ import numpy as np
 
 from twistcore.errors import NpzError, TwistError
 from twistcore.files.ordinary import read_file
-from twistcore.formats.npz.archive import LARGEST, archive_unpack_limit, npy_header, open_archive
+from twistcore.formats.npz.archive import (
+    LARGEST,
+    npy_header,
+    npz_unpack_limit_in_bytes,
+    open_archive,
+)
 from twistcore.formats.npz.pickled_arrays import LimitError, Unreadable, read_pickle
 
 SUFFIXES = (".npz", ".npy", ".pkl", ".pickle", ".joblib", ".pt", ".pth")
@@ -107,7 +112,7 @@ def _decompressed(path: Path, data: bytes) -> bytes:
     for start, make in _COMPRESSED:
         if data.startswith(start):
             reader = make()
-            most = archive_unpack_limit(len(data))
+            most = npz_unpack_limit_in_bytes(len(data))
             out: bytes = reader.decompress(data, most)
             if not reader.eof:
                 if len(out) >= most:

@@ -13,7 +13,7 @@ from twistcore.formats.smpl.pose_files import (
     describe_pose_file_value,
     printable_pose_file_text,
 )
-from twistcore.formats.smpl.pose_rotations import check_finite, quaternions_from_poses
+from twistcore.formats.smpl.pose_rotations import check_smpl_pose_values, quaternions_from_poses
 from twistcore.formats.smpl.skeleton import JOINTS
 from twistcore.skeleton.resampling import interpolate_poses_at_times
 from twistcore.skeleton.rotation import Array
@@ -279,7 +279,7 @@ def _poses(path: Path, names: Names) -> Poses:
         places = places[:, 0]
     if places.shape != (frames, 3):
         raise PosesError(f"{path}: expected {trans} of shape ({frames}, 3), found {places.shape}")
-    check_finite(path, trans, places)
+    check_smpl_pose_values(path, trans, places)
     if trans in _CAMERA:
         places = np.column_stack([places[:, :2], np.full(frames, np.median(places[:, 2]))])
     offsets = _numbers(path, names, _OFFSETS) if _OFFSETS in names else None

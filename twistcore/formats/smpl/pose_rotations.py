@@ -43,10 +43,10 @@ def quaternions_from_poses(
         raise PosesError(f"{path}: expected at least one frame in {name}, found none")
     for n in counts:
         if tail in ((3 * n,), (n, 3)):
-            check_finite(path, name, values)
+            check_smpl_pose_values(path, name, values)
             return exponential(values.reshape(frames, n, 3))
         if tail in ((9 * n,), (n, 3, 3)) or (n == 1 and tail == (3, 3)):
-            check_finite(path, name, values)
+            check_smpl_pose_values(path, name, values)
             return _from_matrices(path, name, values.reshape(frames, n, 3, 3), notes)
     shapes = " or ".join(f"(frames, {3 * n})" for n in counts)
     raise PosesError(
@@ -55,7 +55,7 @@ def quaternions_from_poses(
     )
 
 
-def check_finite(path: Path, name: str, values: Array) -> None:
+def check_smpl_pose_values(path: Path, name: str, values: Array) -> None:
     """Raise PosesError if a number is NaN, infinite, or at least a million in magnitude."""
     good = np.abs(values) < 1e6
     if not good.all():

@@ -27,7 +27,7 @@ from twistcore.skeleton.rotation import Array, multiply, quaternion_from_axis_an
 _TURNS = {"y": 0.0, "z": -0.5 * np.pi, "-y": np.pi}
 
 
-def read_poses(
+def read_smpl_poses_as_clip(
     path: Path,
     *,
     template: Path | None = None,

@@ -9,13 +9,13 @@ A bone may be divided into *pieces*: twist bones in a row (`upperarm01 → upper
 distribute the bone's roll. Pieces of one bone never bend relative to each other.
 """
 
-from twistcore.skeleton.body.bones import limb_bone_pair_index
+from twistcore.skeleton.body.bones import outermost_long_bone_pair_index
 from twistcore.skeleton.body.finding import find_body
 from twistcore.skeleton.body.offsets import (
     ancestors,
     bone_offset,
-    is_offset_long_enough,
-    minimum_offset_length,
+    has_bone_offset_direction,
+    minimum_bone_length_for_direction,
 )
 from twistcore.skeleton.body.parts import BONES, Body, Bone, LimbLine, Unexamined
 
@@ -28,7 +28,7 @@ __all__ = [
     "ancestors",
     "bone_offset",
     "find_body",
-    "is_offset_long_enough",
-    "limb_bone_pair_index",
-    "minimum_offset_length",
+    "has_bone_offset_direction",
+    "minimum_bone_length_for_direction",
+    "outermost_long_bone_pair_index",
 ]

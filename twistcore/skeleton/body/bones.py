@@ -136,7 +136,11 @@ def limb_bones_by_shape(
         else:
             whole.append([pair])
     size = [sum(shape.lengths[c] for _, c in bone) for bone in whole]
-    end = limb_bone_pair_index([a + b for a, b in pairwise(size)]) + 1 if len(size) > 1 else 0
+    end = (
+        outermost_long_bone_pair_index([a + b for a, b in pairwise(size)]) + 1
+        if len(size) > 1
+        else 0
+    )
     if not segments:  # include a long foot, such as a horse's
         while end + 1 < len(whole) and size[end + 1] > _FOOT * max(size):
             end += 1
@@ -149,7 +153,7 @@ def limb_bones_by_shape(
     ]
 
 
-def limb_bone_pair_index(sums: Sequence[float]) -> int:
+def outermost_long_bone_pair_index(sums: Sequence[float]) -> int:
     """Return the index of the pair of bones that form the limb, such as thigh and shin.
 
     `sums` contains the total length of each pair of neighbouring bones, starting at the trunk. The

@@ -11,12 +11,12 @@ _ZERO = 1e-6  # share of the skeleton's height; shorter offsets have no directio
 _SHIFT = 1e-2  # share of OFFSET's length; smaller position channels do not replace OFFSET
 
 
-def is_offset_long_enough(skeleton: Skeleton, offset: Array) -> bool:
+def has_bone_offset_direction(skeleton: Skeleton, offset: Array) -> bool:
     """Return True if any of the vectors is long enough to have a direction.
 
     `offset` has the shape (3,) or (frames, 3).
     """
-    return bool(vector_lengths(offset).max() > minimum_offset_length(skeleton))
+    return bool(vector_lengths(offset).max() > minimum_bone_length_for_direction(skeleton))
 
 
 def bone_offset(motion: Motion, joint: int) -> Array:
@@ -29,12 +29,12 @@ def bone_offset(motion: Motion, joint: int) -> Array:
     if offset.ndim == 1:
         return offset
     length, longest = np.linalg.norm(rest), vector_lengths(offset).max()
-    smallest = minimum_offset_length(motion.skeleton)
+    smallest = minimum_bone_length_for_direction(motion.skeleton)
     shifts = length > smallest and longest <= max(smallest, _SHIFT * length)  # near OFFSET
     return np.asarray(rest) if shifts else offset
 
 
-def minimum_offset_length(skeleton: Skeleton) -> float:
+def minimum_bone_length_for_direction(skeleton: Skeleton) -> float:
     """Return the minimum length of an offset that defines a direction, in the file's unit."""
     return _ZERO * skeleton.height
 

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from twistcore.skeleton.body.offsets import ancestors, bone_offset, is_offset_long_enough
+from twistcore.skeleton.body.offsets import ancestors, bone_offset, has_bone_offset_direction
 from twistcore.skeleton.joint_names import JointName
 from twistcore.skeleton.medians import quantile
 from twistcore.skeleton.motion import Motion
@@ -54,7 +54,7 @@ class Shape:
         self.children = [[c for c in below if c in joints] for below in self.skeleton.children]
         self.offsets = [bone_offset(motion, j) for j in range(len(names))]
         self.lengths = [float(vector_lengths(o).mean()) for o in self.offsets]
-        self.solid = [is_offset_long_enough(self.skeleton, offset) for offset in self.offsets]
+        self.solid = [has_bone_offset_direction(self.skeleton, offset) for offset in self.offsets]
         self._bends: dict[tuple[int, int], float] = {}
 
     def roles(self, joint: int, side: str) -> tuple[str, ...]:

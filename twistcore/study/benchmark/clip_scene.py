@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.detection import DEFAULT_METHOD, Kind
-from twistcore.detection.carried_rolls import can_have_carried_rolls
+from twistcore.detection.carried_rolls import can_carry_roll_to_child
 from twistcore.detection.cuts import count_leading_rest_frames
 from twistcore.detection.natural_events import (
     NaturalEvent,
+    chains_and_limbs_with_events,
     limb_flip_events,
-    names_with_events,
     natural_events,
 )
 from twistcore.errors import TwistError
@@ -30,9 +30,9 @@ from twistcore.skeleton.motion import Motion
 from twistcore.study.evaluation import joints_with_possible_errors
 from twistcore.synthesis import (
     Protocol,
-    apply_protocol_options,
     independent_chains,
     last_limb_chains,
+    prepare_clean_motion_for_injection,
 )
 
 SHORTEST = 16  # number of frames that is enough for two intervals and some frames around them
@@ -87,7 +87,7 @@ class CleanScene:
         if self.protocol.single:
             return last_limb_chains(self.motion.skeleton, self.chains)
         if self.protocol.carried:
-            return tuple(c for c in self.chains if can_have_carried_rolls(c))
+            return tuple(c for c in self.chains if can_carry_roll_to_child(c))
         return self.limbs if self.protocol.limb else self.chains
 
     @cached_property
@@ -101,7 +101,9 @@ class CleanScene:
 
         The audited tables omit these chains and limbs.
         """
-        return names_with_events(self.motion.skeleton, self.chains, self.limbs, self.events)
+        return chains_and_limbs_with_events(
+            self.motion.skeleton, self.chains, self.limbs, self.events
+        )
 
     def passes(self) -> tuple[tuple[int, tuple[Chain, ...]], ...]:
         """Return the index and the targets of each pass. Errors are injected into the targets.
@@ -150,7 +152,7 @@ def make_clean_scene(
     """
     dropped = count_leading_rest_frames(motion)
     capture = motion.sliced(dropped, motion.frames)
-    prepared = apply_protocol_options(capture, find_chains(capture), protocol)
+    prepared = prepare_clean_motion_for_injection(capture, find_chains(capture), protocol)
     if prepared.frames < SHORTEST:
         raise TwistError(f"{name}: expected at least {SHORTEST} frames, found {prepared.frames}")
     every = find_chains(prepared)

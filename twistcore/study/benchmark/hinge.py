@@ -21,7 +21,7 @@ _CLEAR, _BENT = 30.0, 10.0  # smallest bends, degrees, to measure the hinge and 
 _FEWEST = 0.1  # minimum duration of bends in which the hinge is measured, seconds
 
 
-def hinge_offsets(motion: Motion, chains: Sequence[Chain]) -> dict[str, Array]:
+def benchmark_hinge_correction_offsets(motion: Motion, chains: Sequence[Chain]) -> dict[str, Array]:
     """Return the offsets to remove from chains with a hinge joint, keyed by chain name.
 
     Each offset is an array in radians, shape (frames,).

@@ -15,7 +15,7 @@ from twistcore.study.benchmark.tables import (
     benchmark_method_label,
     benchmark_protocol_description,
     benchmark_rows,
-    fidelity_rows,
+    lag_and_peak_loss_rows,
 )
 
 BAR = 40  # number of characters of the longest bar
@@ -187,7 +187,7 @@ def benchmark_bar_chart(segments: Mapping[tuple[str, str], Mapping[str, Any]]) -
 
 
 def _fidelity_parts(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[str]:
-    rows = fidelity_rows(summary, settings)
+    rows = lag_and_peak_loss_rows(summary, settings)
     if not rows:
         return []
     fast = rows[0]["fast_clips"]

@@ -18,8 +18,8 @@ from twistcore.analysis.clip_analysis import REPAIRED, ClipAnalysis
 from twistcore.analysis.correction.joint_repairs import JointRepairs
 from twistcore.analysis.correction.twist_removal import (
     automatic_corrections,
-    carried_offsets_by_chain,
     offsets_by_chain,
+    offsets_carried_to_child,
     remove_twist,
 )
 from twistcore.detection import DETECTORS, Kind
@@ -29,7 +29,7 @@ from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, continuous_quaternion_signs, geodesic_angle
 from twistcore.study.benchmark.baselines import BASELINES, Baseline, Gap
 from twistcore.study.benchmark.clip_scene import CleanScene
-from twistcore.study.benchmark.hinge import HINGE, hinge_offsets
+from twistcore.study.benchmark.hinge import HINGE, benchmark_hinge_correction_offsets
 from twistcore.study.benchmark.tally import (
     Key,
     Tallies,
@@ -41,10 +41,10 @@ from twistcore.study.benchmark.tally import (
 from twistcore.study.evaluation import (
     COUNTED,
     DAMAGE,
+    body_segment_of_chain,
     error_angle,
     joints_with_possible_errors,
     match_intervals,
-    segment_of,
 )
 from twistcore.synthesis import InjectedError, clip_random_generator, draw_errors, inject
 
@@ -122,7 +122,12 @@ def apply_benchmark_method(
         return MethodResult(_filtered(BASELINES[method], motion, chains, wrong), {})
     bones = tuple(c for c in chains if not isinstance(c, Limb))
     if method == HINGE:
-        return MethodResult(remove_twist(motion, bones, hinge_offsets(motion, bones)).rotations, {})
+        return MethodResult(
+            remove_twist(
+                motion, bones, benchmark_hinge_correction_offsets(motion, bones)
+            ).rotations,
+            {},
+        )
     clip = ClipAnalysis(motion, chains if DETECTORS.info(method).limb_flips else bones)
     given = {c.name: tau[c.name] for c in clip.chains_and_limbs if c.name in tau}
     also = {Kind(accepted)} if accepted else set()
@@ -132,7 +137,7 @@ def apply_benchmark_method(
         offsets = {c.name: removed(c.name, found_at.tau[c.name]) for c in bones}
     else:
         offsets = offsets_by_chain(intervals, motion.frames)
-    carried = carried_offsets_by_chain(intervals, motion.frames)
+    carried = offsets_carried_to_child(intervals, motion.frames)
     own = {motion.skeleton.names[c.child] for c in bones}
     single = [i.for_review for i in found_at if i.kind in also and i.joint in own]
     found: dict[str, list[Gap]] = {chain.name: [] for chain in chains}
@@ -254,7 +259,7 @@ def _run_pass(
     truth = _without_own_flips(scene, clean)
     wrong = np.zeros((dirty.frames, len(dirty.skeleton)), dtype=bool)
     for chain in targets:
-        key = replace(first, side=chain.side, segment=segment_of(chain))
+        key = replace(first, side=chain.side, segment=body_segment_of_chain(chain))
         true = [e for e in errors if e.chain == chain.name]
         for e in true:
             wrong[e.start : e.stop, e.changed_joints(chain, dirty.skeleton)] = True
@@ -269,7 +274,7 @@ def _run_pass(
         true = [e for e in errors if e.chain == chain.name]
         key = first
         if chain in targets:
-            key = replace(first, side=chain.side, segment=segment_of(chain))
+            key = replace(first, side=chain.side, segment=body_segment_of_chain(chain))
         add_tallies(total, {key: _interval_tally(outcome, clean, chain, true)})
     damage = _damage_tally(scene, clean, reach, targets, dirty.rotations, outcome.rotations, wrong)
     add_tallies(total, {first: damage})
@@ -370,4 +375,4 @@ def _change(before: Array, after: Array, joints: NDArray[np.int64]) -> Array:
 
 def _key(scene: CleanScene, method: str, chain: Chain) -> Key:
     audited = chain.name not in scene.eventful
-    return Key(scene.protocol.name, method, chain.side, segment_of(chain), audited)
+    return Key(scene.protocol.name, method, chain.side, body_segment_of_chain(chain), audited)

@@ -24,7 +24,7 @@ from twistcore.study.benchmark.clip_run import (
 from twistcore.study.benchmark.filtering_cost import Fidelity
 from twistcore.study.benchmark.tally import Tallies, add_tallies
 from twistcore.work.processes import describe_failure, map_in_processes
-from twistcore.work.progress import TellName, clip_progress_counter
+from twistcore.work.progress import TellName, show_clip_progress_bar
 
 PART_SCHEMA = "twistcore.benchmark-part/1"
 
@@ -98,7 +98,7 @@ def run_benchmark(
     workers: int,
     partial: Path | None = None,
     resume: bool = False,
-    counter: Callable[[int, int], AbstractContextManager[TellName]] = clip_progress_counter,
+    counter: Callable[[int, int], AbstractContextManager[TellName]] = show_clip_progress_bar,
 ) -> BenchmarkSummary:
     """Run the benchmark on every clip.
 
@@ -119,7 +119,7 @@ def run_benchmark(
         the file.
     counter
         A function that shows the progress, such as
-        :func:`~twistcore.work.progress.clip_progress_counter`.
+        :func:`~twistcore.work.progress.show_clip_progress_bar`.
 
     Raises
     ------

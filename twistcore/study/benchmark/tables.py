@@ -19,7 +19,7 @@ from twistcore.study.benchmark.hinge import LABEL as HINGE_LABEL
 from twistcore.study.benchmark.hinge import WHY as HINGE_WHY
 from twistcore.study.benchmark.runner import BenchmarkSummary
 from twistcore.study.benchmark.tally import MICRO, Key, Tally
-from twistcore.study.evaluation import segment_sort_key
+from twistcore.study.evaluation import body_segment_sort_key
 from twistcore.synthesis import parse_protocol
 
 SCHEMA = "twistcore.benchmark/1"
@@ -123,7 +123,7 @@ def _places(keys: Iterable[Key]) -> list[tuple[str, str]]:
     """Return (side, segment) of each table row: the segments of each side, then the totals."""
     both = {(k.side, k.segment) for k in keys}
     sides = sorted({side for side, _ in both if side})
-    segments = sorted({segment for _, segment in both}, key=segment_sort_key)
+    segments = sorted({segment for _, segment in both}, key=body_segment_sort_key)
     lines = [(side, s) for side in sides for s in segments if (side, s) in both]
     lines += [(side, OVERALL) for side in sides]
     lines += [("", s) for s in segments]
@@ -142,7 +142,9 @@ def _percent(part: int, whole: int) -> float | None:
     return round(100.0 * part / whole, 6) if whole else None
 
 
-def fidelity_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[dict[str, Any]]:
+def lag_and_peak_loss_rows(
+    summary: BenchmarkSummary, settings: BenchmarkSettings
+) -> list[dict[str, Any]]:
     """Return each method's median lag and median loss of peak speed over all clean clips.
 
     Each row has a second set of values, for the fastest tenth of the clips.
@@ -230,7 +232,7 @@ def benchmark_to_json(
             for m in settings.methods
         ],
         "rows": [row.to_json() for row in benchmark_rows(summary, settings)],
-        "filtering": fidelity_rows(summary, settings),
+        "filtering": lag_and_peak_loss_rows(summary, settings),
         "natural_events": [{"clip": clip, **event.to_json()} for clip, event in summary.events],
         "problems": [{"clip": clip, "problem": problem} for clip, problem in summary.problems],
     }

@@ -23,8 +23,8 @@ from twistcore.study.quamo.representations import (
 from twistcore.study.quamo.rivals import (
     RIVALS,
     Rival,
-    add_constant_rotation_offset,
     mean_rotation_offset,
+    rotate_joints_by_fitted_offsets,
 )
 from twistcore.study.quamo.sequences import Sequence24
 from twistcore.study.quamo.tables import CONDITIONS, Method, noisy_clip
@@ -55,7 +55,10 @@ def baseline_methods(sequences: Sequence[Sequence24]) -> dict[str, Method]:
         return lambda _, q_hat, r_hat: rival.run(q_hat, r_hat, NETWORK_DT)
 
     return {
-        "constant offset": lambda s, q, r: (add_constant_rotation_offset(q, offset(s.subject)), r),
+        "constant offset": lambda s, q, r: (
+            rotate_joints_by_fitted_offsets(q, offset(s.subject)),
+            r,
+        ),
         **{rival.name: rival_method(rival) for rival in RIVALS},
     }
 
@@ -70,7 +73,9 @@ def hand_tuned_method(gains: Gains | None = None, integration: str = EXACT) -> M
     return run
 
 
-def hand_tuned_both_ways(_: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
+def track_hand_tuned_forward_backward(
+    _: Sequence24, q_hat: Array, r_hat: Array
+) -> tuple[Array, Array]:
     """Track forward and backward in time with hand-tuned gains at 25 Hz."""
     found = track_both_ways(q_hat, r_hat, NETWORK_DT, HandGains())
     return found.q, found.r
@@ -92,7 +97,7 @@ def hand_tuned_methods() -> dict[str, Method]:
     }
 
 
-def representation_methods() -> dict[str, Method]:
+def tracking_methods_by_representation() -> dict[str, Method]:
     """Return methods with hand-tuned gains for other representations of rotations."""
 
     def method(rep: Representation) -> Method:
@@ -117,7 +122,7 @@ def learned_method(by_subject: Mapping[str, Network], *, both_ways: bool = False
     return run
 
 
-def clips_with_discontinuities(sequences: Sequence[Sequence24]) -> tuple[Sequence24, ...]:
+def select_root_discontinuity_clips(sequences: Sequence[Sequence24]) -> tuple[Sequence24, ...]:
     """Return the clips in which the root crosses a discontinuity of at least one representation."""
     return tuple(s for s in sequences if has_root_discontinuity(s.q))
 

@@ -12,8 +12,8 @@ import numpy as np
 from twistcore.analysis.quality.figure import (
     foot_contact_mask,
     foot_slide,
-    mean_distance,
-    root_aligned,
+    mean_distance_between_positions,
+    positions_relative_to_root,
 )
 from twistcore.skeleton.rotation import Array
 
@@ -42,14 +42,16 @@ def pose_metrics(found: Array, truth: Array) -> Errors:
 
     Foot contacts are determined from `truth`.
     """
-    here, there = root_aligned(found), root_aligned(truth)
+    here, there = positions_relative_to_root(found), positions_relative_to_root(truth)
     return Errors(
-        mpjpe=mean_distance(here[:, 1:], there[:, 1:]),
-        p_mpjpe=mean_distance(procrustes(found, truth), truth),
-        accel=mean_distance(second_difference(here)[:, 1:], second_difference(there)[:, 1:]),
-        g_mpjpe=mean_distance(found, truth),
-        gre=mean_distance(found[:, 0], truth[:, 0]),
-        g_accel=mean_distance(second_difference(found), second_difference(truth)),
+        mpjpe=mean_distance_between_positions(here[:, 1:], there[:, 1:]),
+        p_mpjpe=mean_distance_between_positions(procrustes(found, truth), truth),
+        accel=mean_distance_between_positions(
+            second_difference(here)[:, 1:], second_difference(there)[:, 1:]
+        ),
+        g_mpjpe=mean_distance_between_positions(found, truth),
+        gre=mean_distance_between_positions(found[:, 0], truth[:, 0]),
+        g_accel=mean_distance_between_positions(second_difference(found), second_difference(truth)),
         fs=foot_slide(found, foot_contact_mask(truth)),
     )
 

@@ -31,23 +31,23 @@ from twistcore.study.quamo.methods import (
     HAND,
     SPLINE,
     baseline_methods,
-    clips_with_discontinuities,
-    hand_tuned_both_ways,
     hand_tuned_methods,
     learned_method,
     measured_lags,
-    representation_methods,
+    select_root_discontinuity_clips,
+    track_hand_tuned_forward_backward,
+    tracking_methods_by_representation,
 )
 from twistcore.study.quamo.pose_errors import METRICS
-from twistcore.study.quamo.representations import quaternion_integration_errors
+from twistcore.study.quamo.representations import integration_errors_exact_first_order
 from twistcore.study.quamo.rivals import RIVALS
 from twistcore.study.quamo.sequences import Sequence24, split_into_windows
 from twistcore.study.quamo.tables import (
     CONDITIONS,
     Method,
     Scores,
+    error_ratios_to_markdown,
     markdown_table,
-    ratios_to_markdown,
     score_methods,
     scores_to_json,
     scores_to_markdown,
@@ -101,7 +101,7 @@ def evaluation_report(
         cut = score_methods(pieces, methods, seeds, apart, from_truth=True)
         for c in apart:
             title = f"noise {c}, {len(pieces)} windows of {WINDOW} frames, ratios"
-            parts.append(ratios_to_markdown(title, cut, list(methods), c))
+            parts.append(error_ratios_to_markdown(title, cut, list(methods), c))
         document["windows"] = scores_to_json(cut)
     return StudyReport("\n".join(parts), document)
 
@@ -116,7 +116,7 @@ def _evaluated(sequences: Sequence[Sequence24], networks: Networks) -> dict[str,
     if full:
         methods[FULL] = learned_method(full)
     methods |= {name: known[name] for name in known if name in offline}
-    methods[BOTH_WAYS] = hand_tuned_both_ways
+    methods[BOTH_WAYS] = track_hand_tuned_forward_backward
     if full:
         methods[FULL_BOTH_WAYS] = learned_method(full, both_ways=True)
     return methods
@@ -142,8 +142,8 @@ def ablation_report(
     }
     steps = {**hand_tuned_methods(), **learned}
     scores = score_methods(sequences, steps, seeds, tell=tell)
-    turns = clips_with_discontinuities(everything)
-    others = representation_methods()
+    turns = select_root_discontinuity_clips(everything)
+    others = tracking_methods_by_representation()
     shown = {HAND: hand_tuned_methods()[HAND], **others}
     tell(f"representations on {len(turns)} turning clips")
     turned = score_methods(turns, shown, seeds, tell=tell) if turns else None
@@ -190,7 +190,7 @@ def _tables(scores: Scores, methods: Mapping[str, Method]) -> list[str]:
     Under systematic noise, the tables contain only ratios to the input.
     """
     return [
-        ratios_to_markdown(f"noise {c}, ratios", scores, list(methods), c)
+        error_ratios_to_markdown(f"noise {c}, ratios", scores, list(methods), c)
         if c.systematic
         else scores_to_markdown(scores, ["input", *methods], c)
         for c in CONDITIONS
@@ -209,7 +209,9 @@ def _drift() -> list[tuple[str, float, float, float]]:
     """
     found = []
     for name, speed in SPEEDS:
-        exact, first_order = np.degrees(quaternion_integration_errors(speed, NETWORK_DT)).tolist()
+        exact, first_order = np.degrees(
+            integration_errors_exact_first_order(speed, NETWORK_DT)
+        ).tolist()
         found.append((name, speed, exact, first_order))
     return found
 

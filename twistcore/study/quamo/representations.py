@@ -116,7 +116,7 @@ def has_root_discontinuity(q: Array) -> bool:
     )
 
 
-def quaternion_integration_errors(speed: float, dt: float) -> tuple[float, float]:
+def integration_errors_exact_first_order(speed: float, dt: float) -> tuple[float, float]:
     """Return the errors of exact and of first-order integration, in this order, in radians.
 
     The errors are measured after 100 steps of `dt` seconds at constant speed, in rad/s.

@@ -109,7 +109,7 @@ def butterworth(x: Array, dt: float, setting: Setting) -> Array:
     return smooth
 
 
-def butterworth_zero_phase(x: Array, dt: float, setting: Setting) -> Array:
+def zero_phase_butterworth_filter(x: Array, dt: float, setting: Setting) -> Array:
     """Filter forward and backward with a Butterworth low-pass filter, without delay.
 
     `setting` contains the order and the cut-off frequency in Hz.
@@ -138,7 +138,7 @@ def spline_filter(x: Array, dt: float, setting: Setting) -> Array:
     return smoothed_by_spline(x, setting[0], dt)
 
 
-def filter_quaternion_components(filtered: Smooth) -> Smooth:
+def quaternion_filter_from_array_filter(filtered: Smooth) -> Smooth:
     """Return a filter for rotations that applies `filtered` to the quaternion components."""
 
     def rotations(q_hat: Array, dt: float, setting: Setting) -> Array:
@@ -155,7 +155,7 @@ RIVALS = (
     Rival(
         "Butterworth",
         True,
-        filter_quaternion_components(butterworth),
+        quaternion_filter_from_array_filter(butterworth),
         butterworth,
         (1.0, 7.0),
         (1.0, 6.0),
@@ -163,15 +163,15 @@ RIVALS = (
     Rival(
         "Butterworth, file",
         False,
-        filter_quaternion_components(butterworth_zero_phase),
-        butterworth_zero_phase,
+        quaternion_filter_from_array_filter(zero_phase_butterworth_filter),
+        zero_phase_butterworth_filter,
         (2.0, 4.5),
         (2.0, 3.0),
     ),
     Rival(
         "Savitzky-Golay, file",
         False,
-        filter_quaternion_components(savitzky_golay),
+        quaternion_filter_from_array_filter(savitzky_golay),
         savitzky_golay,
         (13.0, 5.0),
         (17.0, 4.0),
@@ -179,7 +179,7 @@ RIVALS = (
     Rival(
         "spline, file",
         False,
-        filter_quaternion_components(spline_filter),
+        quaternion_filter_from_array_filter(spline_filter),
         spline_filter,
         (CUTOFF,),
         (PLACE_SHARE * CUTOFF,),
@@ -198,7 +198,7 @@ def mean_rotation_offset(pairs: Iterable[tuple[Array, Array]]) -> Array:
     return mean
 
 
-def add_constant_rotation_offset(q_hat: Array, offset: Array) -> Array:
+def rotate_joints_by_fitted_offsets(q_hat: Array, offset: Array) -> Array:
     """Rotate each joint of the input by a constant rotation that was fitted on training clips."""
     return multiply(exponential(offset), q_hat)
 

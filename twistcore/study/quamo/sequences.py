@@ -52,7 +52,7 @@ class Sequence24:
         return 1000.0 * smpl_joint_positions(self.offsets, q, r)
 
 
-def read_sequence(path: Path) -> Sequence24:
+def read_cmu_bvh_sequence(path: Path) -> Sequence24:
     """Read a BVH clip without frame 0, which is a T-pose in CMU's BVH releases.
 
     The subject is the part of the file name before '_'. Lengths must be in CMU's unit. Raises
@@ -84,7 +84,7 @@ def split_into_windows(sequences: Sequence[Sequence24], frames: int) -> tuple[Se
     )
 
 
-def read_sequence_folder(folder: Path) -> tuple[tuple[Sequence24, ...], tuple[str, ...]]:
+def read_cmu_bvh_sequence_folder(folder: Path) -> tuple[tuple[Sequence24, ...], tuple[str, ...]]:
     """Return a folder's BVH clips, sorted by name, and a sentence for each unusable clip.
 
     Raises TwistError if there is no BVH file.
@@ -92,7 +92,7 @@ def read_sequence_folder(folder: Path) -> tuple[tuple[Sequence24, ...], tuple[st
     paths = clip_paths_in_folder(folder, suffixes=BVH)
     if not paths:
         raise TwistError(f"{folder}: expected a folder with BVH files")
-    found = list(map_in_processes(read_sequence, paths, workers=1))
+    found = list(map_in_processes(read_cmu_bvh_sequence, paths, workers=1))
     bad = tuple(
         describe_failure(path, error) for path, error in found if isinstance(error, Exception)
     )

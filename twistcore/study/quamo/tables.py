@@ -156,7 +156,7 @@ def scores_to_markdown(scores: Scores, methods: Sequence[str], condition: NoiseC
     return markdown_table((f"noise {condition}", *METRICS), rows)
 
 
-def ratios_to_markdown(
+def error_ratios_to_markdown(
     title: str, scores: Scores, methods: Sequence[str], condition: NoiseCondition
 ) -> str:
     """Return a Markdown table for a noise condition: only the ratios to the input."""

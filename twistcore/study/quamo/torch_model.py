@@ -13,7 +13,7 @@ import numpy as np
 from twistcore.errors import TwistError
 from twistcore.formats.smpl.skeleton import JOINTS, PARENTS
 from twistcore.quamo import network as net
-from twistcore.quamo.state_space import NETWORK_DT, reference_increment
+from twistcore.quamo.state_space import NETWORK_DT, tracker_reference_rotation_step
 from twistcore.skeleton.rotation import Array
 
 Tensor = Any  # torch may be missing, and its types with it
@@ -47,7 +47,7 @@ def track_windows(
     r_hat
         Noisy root positions, shape (windows, frames, 3).
     step
-        The step, from :func:`make_step`.
+        The step, from :func:`make_torch_tracking_step`.
 
     Returns
     -------
@@ -56,7 +56,10 @@ def track_windows(
     """
     first = np.where(q_hat[:, 0, :, :1] < 0.0, -q_hat[:, 0], q_hat[:, 0])
     delta = np.stack(
-        [reference_increment(q_hat[:, t], q_hat[:, t - 1]) for t in range(1, q_hat.shape[1])],
+        [
+            tracker_reference_rotation_step(q_hat[:, t], q_hat[:, t - 1])
+            for t in range(1, q_hat.shape[1])
+        ],
         axis=1,
     )
     curvature = np.diff(delta, axis=1, prepend=delta[:, :1])
@@ -79,7 +82,7 @@ def track_windows(
     return torch.stack(poses, dim=1), torch.stack(places, dim=1)
 
 
-def make_step(torch: Any, variant: str, compiled: bool = False) -> Step:
+def make_torch_tracking_step(torch: Any, variant: str, compiled: bool = False) -> Step:
     """Return a function of tensors that takes one step of the state space with ControlNet's gains.
 
     If `compiled` is True, torch.compile fuses the step. This requires a C++ compiler and takes

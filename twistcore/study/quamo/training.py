@@ -21,7 +21,7 @@ from twistcore.errors import TwistError
 from twistcore.files.atomic import write_atomically
 from twistcore.formats.smpl.skeleton import MIRROR
 from twistcore.quamo import network as net
-from twistcore.quamo.network import Network, untrained_network
+from twistcore.quamo.network import Network, initial_gain_network_for_training
 from twistcore.skeleton.rotation import Array, exponential, logarithm, multiply
 from twistcore.study.quamo.noise import LEVELS, Noise, add_pose_noise
 from twistcore.study.quamo.sequences import Sequence24
@@ -30,7 +30,7 @@ from twistcore.study.quamo.torch_model import (
     Tensor,
     float32_tensor,
     import_torch,
-    make_step,
+    make_torch_tracking_step,
     root_relative_positions,
     track_windows,
 )
@@ -109,7 +109,7 @@ def train(
     checkpoint
         A file to which the state is written after each epoch, and from which training continues.
     compiled
-        True to compile the step (see :func:`make_step`).
+        True to compile the step (see :func:`make_torch_tracking_step`).
     tell
         A function that is called with a line of text after each epoch.
 
@@ -124,7 +124,7 @@ def train(
     if not starts:
         raise TwistError(f"expected a clip of at least {settings.window} frames at 25 Hz")
     torch.manual_seed(settings.seed)
-    first = untrained_network(
+    first = initial_gain_network_for_training(
         settings.width,
         settings.init_width,
         np.random.default_rng([settings.seed, 1]),
@@ -140,7 +140,7 @@ def train(
     done = 0
     if checkpoint and checkpoint.exists():
         done = _resume(torch, checkpoint, settings, weights, optimiser)
-    step = make_step(torch, settings.variant, compiled)
+    step = make_torch_tracking_step(torch, settings.variant, compiled)
     begin = time.perf_counter()
     for epoch in range(done, settings.epochs):
         rate = settings.rate * 0.1 ** sum(
