@@ -19,7 +19,7 @@ from scipy.stats import spearmanr
 
 from benchmarks.real_corrections import clips_of
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.batch import measure_clip_severity
+from twistcore.analysis.clip_severity import measure_clip_severity
 from twistcore.errors import TwistError
 from twistcore.formats.reading import read_clip
 from twistcore.skeleton.motion import Motion, forward_kinematics

@@ -53,7 +53,8 @@ MANY_IMPORTS = {
     "twistcore.cli.tune_command": 18,
     "twistcore.detection.consistency.detector": 20,
     "twistcore.report.document": 16,
-    "twistcore.review.journal": 16,
+    "twistcore.review.journal": 18,
+    "twistcore.review.session": 16,
 }
 MANY_NAMES = {
     "inspector.session.session_files": 14,
@@ -62,8 +63,6 @@ MANY_NAMES = {
     "twistcore.cli.output": 16,
     "twistcore.files.atomic": 13,
     "twistcore.files.document_values": 19,
-    "twistcore.review.model": 16,
-    "twistcore.review.session": 17,
     "twistcore.skeleton.rotation": 21,
     "twistcore.study.evaluation": 13,
 }

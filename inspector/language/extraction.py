@@ -25,25 +25,20 @@ _CALLS = {"tr": ("text",), "plural": ("text", "many"), "tr_as": ("meaning", "tex
 # Parts of twistcore whose sentences the window shows.
 _ROOMS_OF_CORE = (
     *("detection", "review", "tuning", "errors", "quamo/response", "quamo/track_clip"),
-    "quamo/spline",
+    *("quamo/spline", "quamo/clip_tracking", "quamo/clip_smoothing", "quamo/tracking_settings"),
     *("analysis/clip_analysis", "analysis/examination", "analysis/why_not", "analysis/quality"),
     "analysis/error_groups",
     *("analysis/correction/corrected", "analysis/correction/protected_measures"),
     *("analysis/correction/twist_removal", "analysis/correction/joint_repairs"),
     *("skeleton/body", "skeleton/chain", "skeleton/limb", "skeleton/motion", "skeleton/notation"),
+    "skeleton/joint_owners",
     *("skeleton/rig", "formats/reading", "formats/clip", "formats/clip_files", "formats/suffixes"),
     *("formats/bvh", "formats/amc", "formats/npz"),
     *("files/atomic", "files/lock", "files/kinds", "files/wide_text", "files/encoding"),
     *("files/document_values", "files/ordinary", "work/processes", "synthesis/truth"),
     *("report/clip_report", "batch/inputs", "batch/run", "batch/clip_task", "batch/clip_survey"),
-    *(
-        "export/tracking",
-        "export/smoothing",
-        "export/compare",
-        "export/replay",
-        "export/scene_keys",
-    ),
-    *("export/exported_clips", "study/class_exercise", "study/exercise_clip"),
+    *("export/compare", "export/scene_keys", "export/exported_clips"),
+    *("study/class_exercise", "study/exercise_clip"),
 )
 # The values of these names are single words, which are shown as well
 _WORDS = ("Kind", "Decision", "SEEN")

@@ -9,8 +9,8 @@ import pytest
 import twistcore as tc
 from tests.conftest import ASSETS
 from tests.twistcore.test_registry import run
+from twistcore.analysis.clip_severity import measure_clip_severity
 from twistcore.analysis.correction.twist_removal import remove_twist
-from twistcore.batch import measure_clip_severity
 from twistcore.detection.backward_bends import Hinge, find_backward_bends, hinge_of
 from twistcore.detection.evidence import ChainSignals
 from twistcore.detection.finding import KindSearch

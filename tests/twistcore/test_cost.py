@@ -154,13 +154,13 @@ def test_lone_jumps_look_at_the_room_only_where_a_joint_turns_fast(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     asked = []
-    in_room = module._world_rotations
+    in_room = module.joint_world_rotations
 
     def counted(motion: Motion, joint: int, at: NDArray[np.intp]) -> Array:
         asked.append(len(at))
         return in_room(motion, joint, at)
 
-    monkeypatch.setattr(module, "_world_rotations", counted)
+    monkeypatch.setattr(module, "joint_world_rotations", counted)
     motion = read_bvh(ASSETS / "walk.bvh").motion
     chains = analyse(motion).chains
     assert not any(lone_jumps(motion, chains).values())

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tests.messages import refused
 from tests.tiers import parametrize
 from tests.twistcore.reviews import CLIP, fresh
-from twistcore.detection.interval_offsets import new_constant_offset_interval, round_interval_offset
+from twistcore.detection.interval_offsets import new_constant_offset_interval
 from twistcore.errors import FormatError, TwistError
 from twistcore.files import document_values as values
 from twistcore.review import read_session, replay_journal
@@ -147,9 +147,9 @@ def _chains(session):
 
 def test_a_constant_offset_is_written_alike_however_it_is_held():
     held = new_constant_offset_interval("a", 3, 9, 0.123456789012)
-    light = round_interval_offset(type(held)("a", 3, 9, np.broadcast_to(held.offset[:1], (6,))))
+    light = type(held)("a", 3, 9, np.broadcast_to(held.offset[:1], (6,))).as_written
     assert light.offset.strides == (0,)
-    np.testing.assert_array_equal(light.offset, round_interval_offset(held).offset)
+    np.testing.assert_array_equal(light.offset, held.as_written.offset)
 
 
 SPANS = st.lists(

@@ -23,8 +23,10 @@ from tests.twistcore.small_review import (
     state,
     twist,
 )
+from twistcore.detection.interval_json import interval_to_json
 from twistcore.errors import FormatError, TwistError
 from twistcore.files.lock import is_file_locked
+from twistcore.quamo.tracking_settings import tracking_to_json
 from twistcore.review import Decision, Journal, replay_journal
 from twistcore.review.commands import (
     Annotate,
@@ -47,13 +49,7 @@ from twistcore.review.journal import (
     session_journal_entry,
 )
 from twistcore.review.left_out import LeaveOut
-from twistcore.review.session import (
-    interval_to_json,
-    judged_to_json,
-    session_bytes,
-    session_document,
-    tracking_to_json,
-)
+from twistcore.review.session import judged_to_json, session_bytes, session_document
 from twistcore.skeleton.rig import AS_FOUND, OwnChain, Rig
 
 BEGUN = state(BULK, SEEN)

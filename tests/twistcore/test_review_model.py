@@ -15,7 +15,6 @@ from twistcore.detection.interval_offsets import (
     interval_with_given_median_offset,
     new_constant_offset_interval,
     resized_interval,
-    round_interval_offset,
     with_offset_making_twist_linear,
 )
 from twistcore.quamo.tracking_settings import Tracking
@@ -128,12 +127,12 @@ def test_from_one_interval_to_the_next_round_the_end():
 
 
 def test_offsets_are_held_as_files_hold_them():
-    written = round_interval_offset(made(ARM, 0, 3, 370.0))
+    written = made(ARM, 0, 3, 370.0).as_written
     np.testing.assert_allclose(np.degrees(written.offset), 10.0, atol=1e-12)
     fine = replace(FOUND[0], offset=np.radians([1.00000000049, -1e-12, 2.0, 3.0]))
-    degrees = np.degrees(round_interval_offset(fine).offset)
+    degrees = np.degrees(fine.as_written.offset)
     np.testing.assert_allclose(degrees, [1.0, 0.0, 2.0, 3.0], rtol=0, atol=1e-13)
-    assert math.copysign(1.0, round_interval_offset(fine).offset[1]) == 1.0
+    assert math.copysign(1.0, fine.as_written.offset[1]) == 1.0
 
 
 def test_resized_intervals_keep_their_offsets_and_take_the_nearest():

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from tests.messages import names_in_one_line, numbers
 from tests.twistcore.plain_review import ARM, FOUND, LEG, made, review
 from twistcore.errors import FormatError
-from twistcore.quamo.tracking_settings import Tracking
+from twistcore.quamo.tracking_settings import Tracking, tracking_from_json, tracking_to_json
 from twistcore.review import (
     Annotate,
     Decide,
@@ -25,7 +25,6 @@ from twistcore.review import (
 )
 from twistcore.review.commands import Track
 from twistcore.review.left_out import excluded_spans_from_json, joined_spans, uncovered_parts
-from twistcore.review.session import tracking_from_json, tracking_to_json
 
 
 def test_decisions_say_who_and_when_and_a_reset_forgets_it():

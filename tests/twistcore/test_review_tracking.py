@@ -27,6 +27,7 @@ from twistcore.quamo.clip_tracking import (
     tracked_motion,
 )
 from twistcore.quamo.track_clip import track_with_hand_gains
+from twistcore.quamo.tracking_settings import tracking_to_json
 from twistcore.report.clip_report import write_clip_report
 from twistcore.report.document import Report
 from twistcore.review import (
@@ -42,7 +43,7 @@ from twistcore.review import (
 )
 from twistcore.review.journal import command_from_json, review_command_to_json
 from twistcore.review.replay import accepted_motion, check_session_fits_clip
-from twistcore.review.session import session_from_document, tracking_to_json
+from twistcore.review.session import session_from_document
 
 JOINTS = ("LeftForeArm", "LeftHand")
 HAND = Tracking(JOINTS, kp=700.0, kd=20.0)

@@ -25,25 +25,25 @@ from tests.twistcore.small_review import (
     twist,
 )
 from twistcore.detection import Kind
-from twistcore.errors import FormatError, TwistError
-from twistcore.quamo.tracking_settings import Tracking
-from twistcore.review.model import Decision, Judged
-from twistcore.review.session import (
+from twistcore.detection.interval_json import (
     interval_from_json,
     interval_to_json,
+    radians_to_json_degrees,
+    tau_from_json,
+    tau_to_json,
+)
+from twistcore.errors import FormatError, TwistError
+from twistcore.quamo.tracking_settings import Tracking, tracking_from_json, tracking_to_json
+from twistcore.review.model import Decision, Judged
+from twistcore.review.session import (
     judged_from_json,
     judged_to_json,
     needs_newer_session_schema,
-    radians_to_json_degrees,
     read_session,
     read_session_with_hash,
     session_bytes,
     session_document,
     session_from_document,
-    tau_from_json,
-    tau_to_json,
-    tracking_from_json,
-    tracking_to_json,
     write_session,
 )
 from twistcore.skeleton.rig import AS_FOUND, OwnChain, Rig

@@ -4,7 +4,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from twistcore.analysis.clip_severity import measure_clip_severity
     from twistcore.batch.clip_survey import ClipSurvey, survey_clip, survey_folder
     from twistcore.batch.manifest import ClipRecord, Manifest, is_batch_folder
 
@@ -13,7 +12,6 @@ __all__ = [
     "ClipSurvey",
     "Manifest",
     "is_batch_folder",
-    "measure_clip_severity",
     "survey_clip",
     "survey_folder",
 ]
@@ -22,7 +20,6 @@ if not TYPE_CHECKING:
     # Modules are loaded on first use, since reading a manifest does not need numpy.
     _HOMES = {
         "clip_survey": "ClipSurvey survey_clip survey_folder",
-        "clip_severity": "measure_clip_severity",
         "manifest": "ClipRecord Manifest is_batch_folder",
     }
 

@@ -87,12 +87,3 @@ def new_constant_offset_interval(chain: str, start: int, stop: int, delta: float
     """Return an interval with the offset `delta`, in radians, in all frames."""
     offset: Array = np.full(stop - start, delta)
     return Interval(chain, start, stop, offset)
-
-
-def round_interval_offset(interval: Interval) -> Interval:
-    """Return the interval with its offset rounded to nine decimals of a degree, as in sessions.
-
-    Because of this rounding, the window and `twistcore apply` correct by exactly the same angles.
-    −0.0 becomes 0.0.
-    """
-    return interval.as_written

@@ -2,6 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
+from twistcore.errors import FormatError
+from twistcore.files.document_values import (
+    check_bool,
+    check_choice,
+    check_integer,
+    check_keys,
+    check_number,
+    check_positive_number,
+    check_string,
+    check_string_list,
+    read_each,
+)
 from twistcore.work.frozen import dataclass
 
 
@@ -52,3 +67,53 @@ class Tracking:
             count = len({(start, stop) for _, start, stop in self.bursts})
             return f"{joints} in one burst" if count == 1 else f"{joints} in {count} bursts"
         return " and ".join((joints,) * bool(self.joints) + ("the position",) * self.place)
+
+
+def tracking_to_json(tracking: Tracking) -> dict[str, Any]:
+    """Return the tracking settings as JSON data."""
+    smooth = {"cutoff": tracking.cutoff, "bursts": [list(burst) for burst in tracking.bursts]}
+    return {
+        "joints": list(tracking.joints),
+        "gains": "spline" if tracking.spline else "learned" if tracking.learned else "hand",
+        "kp": tracking.kp,
+        "kd": tracking.kd,
+        "ka": tracking.ka,
+        "weights": tracking.weights,
+        "causal": tracking.causal,
+        "place": tracking.place,
+        **(smooth if tracking.spline else {}),
+    }
+
+
+def tracking_from_json(entry: Any) -> Tracking:
+    """Convert JSON data to tracking settings. Raises FormatError if they are damaged."""
+    check_keys(entry, "joints", "gains", "kp", "kd", "ka", "weights", what="tracking")
+    joints = check_string_list(entry["joints"], "joints")
+    causal = check_bool(
+        entry.get("causal", True), "causal"
+    )  # the first files lack this key and the next
+    place = check_bool(entry.get("place", False), "place")
+    if not (joints or place):
+        raise FormatError("expected joints to track, found an empty list")
+    gains = check_choice(entry["gains"], "gains", ("hand", "learned", "spline"))
+    kp, kd, ka = (check_number(entry[key], key) for key in ("kp", "kd", "ka"))
+    weights = check_string(entry["weights"], "weights")
+    found = Tracking(joints, kp, kd, ka, gains == "learned", weights, causal, place)
+    if gains != "spline":
+        return found
+    check_keys(entry, "cutoff", "bursts", what="tracking")
+    cutoff = check_positive_number(entry["cutoff"], "cutoff")
+    bursts = read_each(entry["bursts"], what="bursts", read=_burst_from_json)
+    if not {name for name, _, _ in bursts} <= set(joints):
+        raise FormatError("expected noise bursts only in joints that are tracked")
+    return replace(found, spline=True, cutoff=cutoff, bursts=bursts)
+
+
+def _burst_from_json(entry: Any) -> tuple[str, int, int]:
+    """Convert JSON data to a noise burst: joint, start and stop. Raises FormatError."""
+    if not (isinstance(entry, list) and len(entry) == 3):
+        raise FormatError("expected a joint, a start and a stop for each burst")
+    start, stop = (check_integer(frame, "bursts") for frame in entry[1:])
+    if start >= stop:
+        raise FormatError(f"expected a burst that starts before it stops, found {start} and {stop}")
+    return check_string(entry[0], "bursts"), start, stop

@@ -19,13 +19,13 @@ from twistcore.files.encoding import csv_text
 from twistcore.files.version import __version__
 from twistcore.formats.clip import Clip
 from twistcore.quamo.track_clip import find_figure_position_joint
+from twistcore.quamo.tracking_settings import tracking_to_json
 from twistcore.report.changes import MeasureSum, sum_correction_effects_on_measures
 from twistcore.review.model import APPLIED, SEEN, Decision, Judged, ReviewState
 from twistcore.review.replay import (
     uncorrected_and_moved_joint_sentences,
     unknown_error_kind_sentences,
 )
-from twistcore.review.session import tracking_to_json
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Motion

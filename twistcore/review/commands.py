@@ -8,7 +8,6 @@ from dataclasses import replace
 from types import MappingProxyType
 
 from twistcore.detection import DETECTORS, Interval
-from twistcore.detection.interval_offsets import round_interval_offset
 from twistcore.quamo.tracking_settings import Tracking
 from twistcore.review.model import Judged, ReviewState, chain_index_by_name, with_earlier_decisions
 from twistcore.review.overlaps import overlapping_interval_pairs
@@ -85,9 +84,7 @@ class Edit(Command):
             raise ValueError(
                 "detections of this kind are not corrected; press Insert to create an interval"
             )
-        return state.with_changes(
-            (self.id,), interval=round_interval_offset(self.interval), edited=True
-        )
+        return state.with_changes((self.id,), interval=self.interval.as_written, edited=True)
 
     def continues(self, earlier: Command) -> bool:
         """Return True if `earlier` edits the same interval in the same drag."""
@@ -131,7 +128,7 @@ class Insert(Command):
 
     def apply(self, state: ReviewState) -> ReviewState:
         """Return the state with the new interval, which is undecided."""
-        new = Judged(state.next_id, round_interval_offset(self.interval), by_hand=True)
+        new = Judged(state.next_id, self.interval.as_written, by_hand=True)
         return state.with_intervals((*state.intervals, new), next_id=state.next_id + 1)
 
 

@@ -23,6 +23,12 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from twistcore.detection import Interval
+from twistcore.detection.interval_json import (
+    interval_from_json,
+    interval_to_json,
+    tau_from_json,
+    tau_to_json,
+)
 from twistcore.errors import FormatError, TwistError
 from twistcore.files.atomic import first_unused_path, sync_folder, write_atomically
 from twistcore.files.document_values import (
@@ -40,6 +46,7 @@ from twistcore.files.encoding import json_bytes
 from twistcore.files.lock import is_file_locked, lock_file
 from twistcore.files.ordinary import read_file
 from twistcore.formats.clip import Clip
+from twistcore.quamo.tracking_settings import tracking_from_json, tracking_to_json
 from twistcore.review.commands import (
     CarryOver,
     ChangeChains,
@@ -55,17 +62,11 @@ from twistcore.review.left_out import LeaveOut, excluded_spans_from_json
 from twistcore.review.model import Decision, ReviewState
 from twistcore.review.session import (
     Session,
-    interval_from_json,
-    interval_to_json,
     judged_from_json,
     judged_to_json,
     needs_newer_session_schema,
     session_document,
     session_from_document,
-    tau_from_json,
-    tau_to_json,
-    tracking_from_json,
-    tracking_to_json,
 )
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Motion

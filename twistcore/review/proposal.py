@@ -95,7 +95,7 @@ def propose_limb_flip_at_frame(limb: LimbFlips, frame: int) -> Interval:
 def propose_limb_flip_in_frames(limb: LimbFlips, start: int, stop: int) -> Interval:
     """Return a limb flip in frames [start, stop).
 
-    The offset is that of :func:`propose_limb_flip_at_frame`.
+    The offset is computed as in :func:`propose_limb_flip_at_frame`.
     """
     level = circular_median(angles_relative_to_adjacent_frames(limb.swivel.angle, start, stop))
     if median(limb.swivel.height[start:stop]) < BENT:

@@ -3,49 +3,45 @@
 from __future__ import annotations
 
 import hashlib
-import math
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, overload
 
-import numpy as np
-
 from twistcore.detection import Interval, Kind
+from twistcore.detection.interval_json import (
+    interval_from_json,
+    interval_to_json,
+    tau_from_json,
+    tau_to_json,
+)
 from twistcore.errors import FormatError, TwistError
 from twistcore.files.atomic import write_atomically
 from twistcore.files.document_values import (
-    DEGREES,
     check_bool,
     check_choice,
     check_integer,
     check_keys,
-    check_number,
     check_path_string,
     check_positive_number,
     check_string,
-    check_string_list,
     parsed_json,
     prefix_format_errors,
     read_bytes_limited,
     read_each,
-    read_frame_span,
-    unexpected_value_error,
 )
 from twistcore.files.encoding import json_bytes
 from twistcore.files.kinds import JSON, SESSION, wrong_file_kind_message
 from twistcore.files.ordinary import path_exists
 from twistcore.formats.clip import Clip
-from twistcore.quamo.tracking_settings import Tracking
+from twistcore.quamo.tracking_settings import Tracking, tracking_from_json, tracking_to_json
 from twistcore.review.history import Review
 from twistcore.review.left_out import excluded_spans_from_json
 from twistcore.review.model import Decision, Judged, ReviewState, chain_index_by_name
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rig import AS_FOUND, rig_from_json, rig_to_json
-from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
 SCHEMA = "twistcore.session/1"
@@ -297,27 +293,6 @@ def _tracking_of(document: Mapping[str, Any]) -> Tracking | None:
     return None
 
 
-def radians_to_json_degrees(radians: float) -> float:
-    """Convert an angle from radians to degrees with nine decimals. −0.0 becomes 0.0."""
-    return round(float(np.degrees(radians)), 9) + 0.0
-
-
-def tau_to_json(tau: Mapping[str, float]) -> dict[str, float]:
-    """Return τ in degrees as JSON data, keyed by the name of the chain or limb."""
-    return {name: radians_to_json_degrees(t) for name, t in tau.items()}
-
-
-def tau_from_json(entry: Any) -> dict[str, float]:
-    """Return τ in radians, keyed by name, from JSON data in degrees. Raises FormatError."""
-    degrees = {
-        name: check_positive_number(t, "tau_deg")
-        for name, t in check_keys(entry, what="tau_deg").items()
-    }
-    return {
-        check_string(name, "tau_deg"): math.radians(min(t, DEGREES)) for name, t in degrees.items()
-    }
-
-
 def needs_newer_session_schema(tracking: Tracking | None) -> bool:
     """Return True if tracking includes the position, or runs forward and backward in time.
 
@@ -325,123 +300,6 @@ def needs_newer_session_schema(tracking: Tracking | None) -> bool:
     needs a newer schema.
     """
     return tracking is not None and (tracking.place or not tracking.causal)
-
-
-def tracking_to_json(tracking: Tracking) -> dict[str, Any]:
-    """Return the tracking settings as JSON data."""
-    smooth = {"cutoff": tracking.cutoff, "bursts": [list(burst) for burst in tracking.bursts]}
-    return {
-        "joints": list(tracking.joints),
-        "gains": "spline" if tracking.spline else "learned" if tracking.learned else "hand",
-        "kp": tracking.kp,
-        "kd": tracking.kd,
-        "ka": tracking.ka,
-        "weights": tracking.weights,
-        "causal": tracking.causal,
-        "place": tracking.place,
-        **(smooth if tracking.spline else {}),
-    }
-
-
-def tracking_from_json(entry: Any) -> Tracking:
-    """Convert JSON data to tracking settings. Raises FormatError if they are damaged."""
-    check_keys(entry, "joints", "gains", "kp", "kd", "ka", "weights", what="tracking")
-    joints = check_string_list(entry["joints"], "joints")
-    causal = check_bool(
-        entry.get("causal", True), "causal"
-    )  # the first files lack this key and the next
-    place = check_bool(entry.get("place", False), "place")
-    if not (joints or place):
-        raise FormatError("expected joints to track, found an empty list")
-    gains = check_choice(entry["gains"], "gains", ("hand", "learned", "spline"))
-    kp, kd, ka = (check_number(entry[key], key) for key in ("kp", "kd", "ka"))
-    weights = check_string(entry["weights"], "weights")
-    found = Tracking(joints, kp, kd, ka, gains == "learned", weights, causal, place)
-    if gains != "spline":
-        return found
-    check_keys(entry, "cutoff", "bursts", what="tracking")
-    cutoff = check_positive_number(entry["cutoff"], "cutoff")
-    bursts = read_each(entry["bursts"], what="bursts", read=_burst_from_json)
-    if not {name for name, _, _ in bursts} <= set(joints):
-        raise FormatError("expected noise bursts only in joints that are tracked")
-    return replace(found, spline=True, cutoff=cutoff, bursts=bursts)
-
-
-def _burst_from_json(entry: Any) -> tuple[str, int, int]:
-    """Convert JSON data to a noise burst: joint, start and stop. Raises FormatError."""
-    if not (isinstance(entry, list) and len(entry) == 3):
-        raise FormatError("expected a joint, a start and a stop for each burst")
-    start, stop = (check_integer(frame, "bursts") for frame in entry[1:])
-    if start >= stop:
-        raise FormatError(f"expected a burst that starts before it stops, found {start} and {stop}")
-    return check_string(entry[0], "bursts"), start, stop
-
-
-def interval_to_json(interval: Interval, *, kinds: bool = False) -> dict[str, Any]:
-    """Return an interval as JSON data.
-
-    The offset, in degrees, is one number if it is constant, or a list with one number per frame. If
-    `kinds` is True, the kind is written even for a counter-twist.
-    """
-    degrees = [radians_to_json_degrees(offset) for offset in interval.offset]
-    entry = {
-        "chain": interval.chain,
-        "start": interval.start,
-        "stop": interval.stop,
-        "offset_deg": degrees[0] if len(set(degrees)) == 1 else degrees,
-        "confidence": interval.confidence,
-        "open": interval.open,
-        "residual_deg": radians_to_json_degrees(interval.residual),
-    }
-    if kinds or interval.kind != Kind.COUNTER_TWIST:
-        entry |= {"kind": interval.kind.value, "carried": interval.carried, "joint": interval.joint}
-    return entry
-
-
-def interval_from_json(entry: Any) -> Interval:
-    """Convert JSON data to an interval. Raises FormatError if it is damaged.
-
-    A constant offset takes up the memory of a single number, because frame numbers in a damaged
-    file may be huge.
-    """
-    check_keys(entry, "chain", "start", "stop", "offset_deg", "confidence", "open", "residual_deg")
-    start, stop = read_frame_span(entry)
-    confidence = entry["confidence"]
-    return Interval(
-        check_string(entry["chain"], "chain"),
-        start,
-        stop,
-        _offset(entry["offset_deg"], stop - start),
-        confidence=None if confidence is None else check_number(confidence, "confidence"),
-        open=check_bool(entry["open"], "open"),
-        residual=math.radians(
-            check_number(entry["residual_deg"], "residual_deg", -DEGREES, DEGREES)
-        ),
-        kind=_kind(entry.get("kind", Kind.COUNTER_TWIST.value)),
-        carried=check_bool(entry.get("carried", False), "carried"),
-        joint=check_string(entry.get("joint", ""), "joint"),
-    )
-
-
-def _kind(entry: Any) -> Kind:
-    """Return the kind of error that a name stands for. It may be unknown to this program version.
-
-    Raises FormatError if the name is not a string or is not spelled exactly as expected.
-    """
-    if not check_string(entry, "kind").strip():
-        raise unexpected_value_error("a string", "kind", entry)
-    if (kind := Kind(entry)) != entry:  # any other spelling counts as damage
-        raise unexpected_value_error(repr(kind.value), "kind", entry)
-    return kind
-
-
-def _offset(entry: Any, frames: int) -> Array:
-    """Convert an offset in degrees, one number or one per frame, to radians, shape (frames,)."""
-    listed = entry if isinstance(entry, list) else [entry]
-    degrees = [check_number(one, "offset_deg", -DEGREES, DEGREES) for one in listed]
-    if len(degrees) not in (1, frames):
-        raise FormatError(f"expected {frames} numbers for offset_deg, found {len(degrees)}")
-    return np.broadcast_to(np.radians(degrees), (frames,))
 
 
 def judged_to_json(judged: Judged, *, kinds: bool = False) -> dict[str, Any]:
