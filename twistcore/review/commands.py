@@ -219,6 +219,8 @@ class Redetect(Command):
 class ChangeChains(Command):
     """Change the chains and limbs, and remove the intervals of removed chains.
 
+    An error of the whole body, which is listed under the first chain, moves to the new first chain.
+
     Parameters
     ----------
     rig
@@ -250,13 +252,34 @@ class ChangeChains(Command):
         if missing := [name for name in self.again if name not in self.tau]:
             raise ValueError(f"there is no chain {missing[0]!r}")
         tau = MappingProxyType(dict(self.tau))
+        stay = {name for name in tau if state.rig.own(name) == self.rig.own(name)}
         kept = [
-            j
-            for j in state.intervals
-            if (name := j.interval.chain) in tau and state.rig.own(name) == self.rig.own(name)
+            moved
+            for moved in map(self._moved, state.intervals)
+            if moved.interval.chain in (tau if moved.interval.kind.info.whole_body else stay)
         ]
         state = replace(state, rig=self.rig, tau=tau, chain_order=chain_index_by_name(tau))
         return _redetected(state.with_intervals(kept), self.again, self.found)
+
+    def _moved(self, judged: Judged) -> Judged:
+        """Return an error of the whole body under the first of the new chains, others unchanged."""
+        interval = judged.interval
+        if not (interval.kind.info.whole_body and self.tau):
+            return judged
+        shared = {
+            f.chain: frames
+            for f in self.found
+            if f.kind == interval.kind
+            and (frames := min(f.stop, interval.stop) - max(f.start, interval.start)) > 0
+        }
+        chain = interval.chain
+        if shared and chain not in shared:
+            chain = max(shared, key=shared.__getitem__)
+        elif chain not in self.tau:
+            chain = next(iter(self.tau))
+        if chain == interval.chain:
+            return judged
+        return replace(judged, interval=replace(interval, chain=chain))
 
 
 @dataclass(frozen=True, eq=False)
