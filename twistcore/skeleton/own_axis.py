@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import Array, conjugate, multiply, twist_angle, twist_reliability
 
+_DEFINED = 0.5  # minimum of :func:`twist_reliability`, which is low near a swing of 180°
+
 
 def own_bone_axis(skeleton: Skeleton, joint: int) -> Array | None:
     """Return the direction of a joint's own bone as a unit vector, (3,), or None.
@@ -58,9 +60,6 @@ def joint_world_rotations(motion: Motion, joint: int, at: NDArray[np.intp]) -> A
     while line:
         found = multiply(found, motion.rotations[at, line.pop()])
     return found
-
-
-_DEFINED = 0.5  # minimum of :func:`twist_reliability`, which is low near a swing of 180°
 
 
 def roll_about_own_bone(motion: Motion, joint: int) -> Array:
