@@ -318,7 +318,11 @@ def test_the_journal_s_lines_are_those_that_are_written():
     lines = [json.loads(line) for line in JOURNAL.splitlines()]
     commands = [line for line in lines if "do" in line]
     kinds = {kind.__name__ for kind in Command.__subclasses__()}
-    assert {line["do"] for line in commands} == kinds | {"TrackBothWays", "Smooth"}
+    assert {line["do"] for line in commands} == kinds | {
+        "TrackBothWays",
+        "Smooth",
+        "ChangeFirstChain",
+    }
     for line in commands:
         assert review_command_to_json(command_from_json(line)) == line
     head, *others = (line for line in lines if "do" not in line)

@@ -8,7 +8,7 @@ import pytest
 
 from twistcore.detection import Kind
 from twistcore.detection.interval_offsets import new_constant_offset_interval
-from twistcore.review import start_review
+from twistcore.review import Decide, Decision, Review, start_review
 from twistcore.review.other_chains import chain_change_command
 from twistcore.skeleton.rig import AS_FOUND, Rig
 
@@ -21,8 +21,9 @@ def analysis(found, automatic=0.1, rig=AS_FOUND):
         automatic_tau=lambda _: automatic,
         intervals=lambda name, _: tuple(found[name]),
     )
-    chains = tuple(SimpleNamespace(name=name) for name in found)
+    chains = tuple(SimpleNamespace(name=name, person=name[0]) for name in found)
     known = {"usable": lambda method: method, "detector": lambda _: detector}
+    known["search"] = lambda _: SimpleNamespace(chosen=chains)
     return SimpleNamespace(chains_and_limbs=chains, rig=rig, **known)
 
 
@@ -64,3 +65,32 @@ def test_any_difference_counts(change):
     assert chain_change_command(before, after, state(A=0.7)).again == ("A",)
     alike = analysis({"A": [replace(A, offset=A.offset.copy(), residual=1.0)]})
     assert chain_change_command(before, alike, state(A=0.7)).again == ()
+
+
+def test_only_decided_errors_of_a_body_move_and_only_to_the_same_person():
+    def step(chain):
+        return replace(A, chain=chain, kind=Kind.BODY_STEP)
+
+    def moved(decided, *names):
+        found = {"A1": [step("A1")], "A2": [], "B1": [step("B1")], "B2": []}
+        tau = dict.fromkeys(found, 0.1)
+        review = Review(start_review("own", tau, (step("A1"), step("B1")), tau))
+        for judged in review.state.intervals:
+            if judged.interval.chain in decided:
+                review.do(Decide((judged.id,), Decision.REJECTED, "Ada"))
+        first = {name[0]: name for name in reversed(names)}
+        after = {name: [step(name)] if first[name[0]] == name else [] for name in names}
+        command = chain_change_command(analysis(found), analysis(after), review.state)
+        review.do(command)
+        kept = {j.interval.chain for j in review.state.intervals if j.kept}
+        assert kept == {command.moved.get(name, name) for name in decided} & after.keys()
+        assert len(review.state.intervals) == len(first)
+        review.undo()
+        assert {j.interval.chain for j in review.state.intervals if j.kept} == set(decided)
+        return command.moved
+
+    assert moved(["B1"], "A2", "B1", "B2") == {}
+    assert moved(["A1", "B1"], "A2", "B2") == {"A1": "A2", "B1": "B2"}
+    assert moved(["A1"], "A0", "A1", "B1") == {"A1": "A0"}
+    assert moved(["B1"], "A1", "A2") == {}
+    assert moved([], "A2", "B2") == {}

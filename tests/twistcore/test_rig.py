@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from tests.messages import names_in_one_line, refused
+from tests.twistcore.test_all_joints import stepping
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import refine
 from twistcore.cli import main
@@ -62,6 +63,23 @@ def changed(clip, review, rig):
     after = before.with_rig(rig)
     review.do(chain_change_command(before, after, review.state))
     return after
+
+
+def test_a_decision_on_the_whole_body_stays_when_the_first_chain_goes():
+    clip = stepping(150)
+    found = analyse(clip).detect()
+    review = Review(found)
+    (step,) = (j for j in review.state.intervals if j.interval.kind == Kind.BODY_STEP)
+    review.do(Decide((step.id,), Decision.REJECTED, "Ada"))
+    first, second, *_ = (c.name for c in found.chains)
+    assert step.interval.chain == first
+    changed(clip, review, Rig(remove=(first,)))
+    (there,) = (j for j in review.state.intervals if j.interval.kind == Kind.BODY_STEP)
+    assert (there.interval.chain, there.decision) == (second, Decision.REJECTED)
+    assert (there.reviewer, there.supported) == ("Ada", True)
+    changed(clip, review, AS_FOUND)
+    (back,) = (j for j in review.state.intervals if j.interval.kind == Kind.BODY_STEP)
+    assert (back.interval.chain, back.decision) == (first, Decision.REJECTED)
 
 
 # -- chains ----------------------------------------------------------------------------------------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from dataclasses import field, replace
 from types import MappingProxyType
 
 from twistcore.detection import DETECTORS, Interval
@@ -219,8 +219,6 @@ class Redetect(Command):
 class ChangeChains(Command):
     """Change the chains and limbs, and remove the intervals of removed chains.
 
-    An error of the whole body, which is listed under the first chain, moves to the new first chain.
-
     Parameters
     ----------
     rig
@@ -234,6 +232,9 @@ class ChangeChains(Command):
         The detected intervals of these chains, merged by the rules of :class:`Redetect`.
     what
         The command's name in the undo menu, '' for the usual name.
+    moved
+        The person's new first chain, keyed by the earlier one. Decided errors of the whole body,
+        which are listed under the first chain, move there.
     """
 
     rig: Rig
@@ -241,6 +242,7 @@ class ChangeChains(Command):
     again: tuple[str, ...]
     found: tuple[Interval, ...]
     what: str = ""
+    moved: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def text(self) -> str:
@@ -253,33 +255,16 @@ class ChangeChains(Command):
             raise ValueError(f"there is no chain {missing[0]!r}")
         tau = MappingProxyType(dict(self.tau))
         stay = {name for name in tau if state.rig.own(name) == self.rig.own(name)}
-        kept = [
-            moved
-            for moved in map(self._moved, state.intervals)
-            if moved.interval.chain in (tau if moved.interval.kind.info.whole_body else stay)
-        ]
+        kept = []
+        for judged in state.intervals:
+            name = judged.interval.chain
+            new = self.moved.get(name)
+            if new in tau and judged.kept and judged.interval.kind.info.whole_body:
+                kept.append(replace(judged, interval=replace(judged.interval, chain=new)))
+            elif name in stay:
+                kept.append(judged)
         state = replace(state, rig=self.rig, tau=tau, chain_order=chain_index_by_name(tau))
         return _redetected(state.with_intervals(kept), self.again, self.found)
-
-    def _moved(self, judged: Judged) -> Judged:
-        """Return an error of the whole body under the first of the new chains, others unchanged."""
-        interval = judged.interval
-        if not (interval.kind.info.whole_body and self.tau):
-            return judged
-        shared = {
-            f.chain: frames
-            for f in self.found
-            if f.kind == interval.kind
-            and (frames := min(f.stop, interval.stop) - max(f.start, interval.start)) > 0
-        }
-        chain = interval.chain
-        if shared and chain not in shared:
-            chain = max(shared, key=shared.__getitem__)
-        elif chain not in self.tau:
-            chain = next(iter(self.tau))
-        if chain == interval.chain:
-            return judged
-        return replace(judged, interval=replace(interval, chain=chain))
 
 
 @dataclass(frozen=True, eq=False)

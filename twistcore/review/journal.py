@@ -333,16 +333,24 @@ _DECIDE = "Decide"
 # Names that older programs do not know, so that they stop there instead of tracking differently.
 _BOTH_WAYS = "TrackBothWays"  # tracks forward and backward, or tracks the position
 _SPLINE = "Smooth"  # smooths with the spline
+_MOVED = "ChangeFirstChain"  # moves errors of the whole body
 _KINDS: Mapping[str, Callable[..., Command]] = {
     **{kind.__name__: kind for kind in Command.__subclasses__()},
     _BOTH_WAYS: Track,
     _SPLINE: Track,
+    _MOVED: ChangeChains,
 }
 _TEXTS = "reviewer", "decided_at", "note", "reason", "method", "what"
 
 
 def _as_is(value: Any) -> Any:
     return value
+
+
+def _moved_from_json(entry: Any) -> dict[str, str]:
+    return {
+        name: check_string(chain, name) for name, chain in check_keys(entry, what="moved").items()
+    }
 
 
 # For each field of a command, the functions that convert it to and from JSON data.
@@ -357,6 +365,7 @@ _FORMS: Mapping[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
     "spans": (lambda spans: [list(span) for span in spans], excluded_spans_from_json),
     "interval": (interval_to_json, interval_from_json),
     "tau": (tau_to_json, tau_from_json),
+    "moved": (dict, _moved_from_json),
     "found": (
         lambda found: [interval_to_json(i) for i in found],
         partial(read_each, what="found", read=interval_from_json),
@@ -379,6 +388,11 @@ def review_command_to_json(command: Command) -> dict[str, Any]:
     verb = type(command).__name__
     if verb == _DECIDE and not fields["reason"]:
         del fields["reason"]
+    if isinstance(command, ChangeChains):
+        if command.moved:
+            verb = _MOVED
+        else:
+            del fields["moved"]
     if isinstance(command, Track) and needs_newer_session_schema(command.tracking):
         verb = _SPLINE if command.tracking and command.tracking.spline else _BOTH_WAYS
     return {"do": verb, **fields}
@@ -391,6 +405,8 @@ def command_from_json(entry: Any) -> Command:
     entry = {"same_clip": False, "in_bulk": False, "what": "", **entry}
     if entry["do"] == _DECIDE:
         entry.setdefault("reason", "")  # written only if there is one
+    if entry["do"] == ChangeChains.__name__:
+        entry["moved"] = {}
     names = {field.name: _NAMES.get(field.name, field.name) for field in fields(kind)}
     check_keys(entry, *names.values())
     read = {name: _FORMS[name][1](entry[key]) for name, key in names.items()}

@@ -45,7 +45,31 @@ def chain_change_command(
         if not (stays and _alike(intervals, old.intervals(name, state.tau[name]))):
             again.append(name)
             found += intervals
-    return ChangeChains(after.rig, tau, tuple(again), tuple(found), what)
+    moved = _new_first_chains(before, after, state)
+    return ChangeChains(after.rig, tau, tuple(again), tuple(found), what, moved)
+
+
+def _new_first_chains(
+    before: ClipAnalysis, after: ClipAnalysis, state: ReviewState
+) -> dict[str, str]:
+    """Return each person's new first chain, keyed by the earlier one.
+
+    The result contains only chains under which decided errors of the whole body are listed.
+    """
+    decided = {
+        j.interval.chain for j in state.intervals if j.kept and j.interval.kind.info.whole_body
+    }
+    if not decided:
+        return {}
+    first, now = (
+        {chain.person: chain.name for chain in reversed(analysis.search("").chosen)}
+        for analysis in (before, after)
+    )
+    return {
+        name: now[person]
+        for person, name in first.items()
+        if name in decided and now.get(person, name) != name
+    }
 
 
 def _was_automatic(tau: float, before: float, now: float) -> bool:
