@@ -113,7 +113,7 @@ def main() -> None:
     arguments = parser.parse_args()
     detector = ConsistencyDetector()
     in_tables: list[float] = []
-    pair_table = consistency.interval_edge_pair_gains
+    pair_table = consistency.edge_pair_table
 
     def timed(*given: Any) -> Any:
         begun = time.perf_counter()
@@ -121,7 +121,7 @@ def main() -> None:
         in_tables.append(1e3 * (time.perf_counter() - begun))
         return table
 
-    consistency.interval_edge_pair_gains = timed
+    consistency.edge_pair_table = timed
     for frames in arguments.frames:
         motion, chains = laden(frames)
         analyse: list[float] = []

@@ -25,7 +25,7 @@ from twistcore.quamo.spline import default_spline_cutoff
 from twistcore.quamo.state_space import NETWORK_DT
 from twistcore.quamo.track_clip import (
     find_figure_position_joint,
-    select_joints_with_rotation_channels,
+    select_writable_joints,
     smooth_captures_with_spline,
     track_with_hand_gains,
 )
@@ -77,7 +77,7 @@ def made_noisy(motion: Motion, level: str, seed: int, name: str, scale: float) -
     `name` and `seed` seed the noise. `scale` is the length of the clip's unit in mm.
     """
     joints, placed = (
-        select_joints_with_rotation_channels(motion.skeleton, None),
+        select_writable_joints(motion.skeleton, None),
         find_figure_position_joint(motion),
     )
     assert placed is not None
@@ -94,7 +94,7 @@ def made_noisy(motion: Motion, level: str, seed: int, name: str, scale: float) -
 
 def ways(motion: Motion) -> dict[str, Motion]:
     """Return the motion after tracking or smoothing by each method, keyed by method name."""
-    joints = select_joints_with_rotation_channels(motion.skeleton, None)
+    joints = select_writable_joints(motion.skeleton, None)
     spline = smooth_captures_with_spline(
         motion, joints, default_spline_cutoff(motion.frame_time), place=True
     )

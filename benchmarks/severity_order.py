@@ -6,9 +6,9 @@ For every clip in or below the folders, the severity is compared with the number
 second. A jump is a movement of a joint in a frame by more than 45° or 4 % of the figure's height,
 and by more than four times the median of the two frames before and after. Such a count cannot see
 errors that come and go gradually, so the severity of the sudden errors alone is compared as well:
-of jumps, steps, spikes and flips, and of intervals that begin or end with at least 45°. The output
-shows Spearman's rank correlation over all clips and over clips in which either value is above 0,
-and the first N clips in each order.
+of jumps, steps, spikes, flips, stretches and turned ends, and of intervals that begin or end with
+at least 45°. The output shows Spearman's rank correlation over all clips and over clips in which
+either value is above 0, and the first N clips in each order.
 """
 
 from __future__ import annotations
@@ -29,12 +29,8 @@ from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import geodesic_angle
 
 SUDDEN = {
-    Kind.LONE_JUMP,
-    Kind.JOINT_JUMP,
-    Kind.PLACE_JUMP,
-    Kind.SPIKE,
-    Kind.BODY_STEP,
-    Kind.LIMB_FLIP,
+    *(Kind.LONE_JUMP, Kind.JOINT_JUMP, Kind.PLACE_JUMP, Kind.SPIKE, Kind.BODY_STEP),
+    *(Kind.LIMB_FLIP, Kind.STRETCH, Kind.TURNED_END),
 }
 TURN, WAY, TIMES = 45.0, 0.04, 4.0  # degrees, share of the height, multiple of the neighbours
 
@@ -73,7 +69,7 @@ def sudden_severity(found: Detection) -> float:
 def is_sudden(interval: Interval) -> bool:
     """Return True if an error comes or goes in a single frame."""
     ends = np.degrees(np.abs(interval.offset[[0, -1]]))
-    return interval.kind in SUDDEN or interval.frames <= 2 or float(ends.max()) >= TURN
+    return interval.kind in SUDDEN or float(ends.max()) >= TURN
 
 
 def main() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import runpy
 import subprocess
 import sys
@@ -154,3 +155,19 @@ def _assert_within(counts: dict[str, int], most: int, exceptions: dict[str, int]
     assert not over, f"at most {most}, or as listed: split the module"
     idle = {name for name in exceptions if counts.get(name, 0) <= most}
     assert not idle, "take these off the list of exceptions"
+
+
+def test_docstrings_refer_to_functions_and_classes_that_exist():
+    texts = {path: path.read_text("utf-8") for path in MODULES}
+    kinds = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
+    nodes = (node for text in texts.values() for node in ast.walk(ast.parse(text)))
+    known = {node.name for node in nodes if isinstance(node, kinds)}
+    role = re.compile(r":(?:func|class|meth):`[^`]*?([A-Za-z_]\w*)(?:\(\))?>?`")
+    assert role.search(":func:`a text <other.place>`")[1] == "place"
+    unknown = {
+        f"{path.relative_to(ROOT)}: {found[0]}"
+        for path, text in texts.items()
+        for found in role.finditer(text)
+        if found[1] not in known
+    }
+    assert not unknown

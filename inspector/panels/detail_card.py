@@ -45,7 +45,7 @@ from twistcore.analysis.correction.protected_measures import (
 )
 from twistcore.analysis.why_not import Why
 from twistcore.detection import Interval, Kind
-from twistcore.detection.interval_offsets import interval_with_given_median_offset, resized_interval
+from twistcore.detection.interval_offsets import resized_interval, with_offset_of_size
 from twistcore.detection.soft_onset import describe_soft_onset
 from twistcore.review import Annotate, Decision, Judged
 from twistcore.skeleton.chain import Chain
@@ -402,7 +402,7 @@ class DetailCard(QWidget):
 
     def _delta_edited(self, degrees: float) -> None:
         if judged := self._document.interval:
-            edited = interval_with_given_median_offset(judged.interval, float(np.radians(degrees)))
+            edited = with_offset_of_size(judged.interval, float(np.radians(degrees)))
             self._document.edit(judged.id, edited, self._burst.drag())
 
     def commit(self) -> None:

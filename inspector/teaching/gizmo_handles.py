@@ -71,7 +71,7 @@ class Handles:
 
 
 def place_gizmo_handles(d: Decomposition, q_parent: Array, parent: Array, unit: float) -> Handles:
-    """Return the handles of a gizmo that `gizmo_shapes.sketch` draws from the same values.
+    """Return the handles of a gizmo that `gizmo_shapes.sketch_gizmo` draws from the same values.
 
     Parameters
     ----------

@@ -8,7 +8,7 @@ from PySide6.QtCore import QObject
 
 from inspector.session.document import Document
 from inspector.viewport.clock import Clock
-from twistcore.detection.interval_offsets import interval_with_given_median_offset
+from twistcore.detection.interval_offsets import with_offset_of_size
 from twistcore.review import Judged
 
 
@@ -49,6 +49,4 @@ class Dial(QObject):
         interval = judged.interval
         now = interval.largest if interval.soft_ended else interval.delta
         delta = math.remainder(now + math.radians(degrees), math.tau)
-        self._document.edit(
-            judged.id, interval_with_given_median_offset(interval, delta), self._drag
-        )
+        self._document.edit(judged.id, with_offset_of_size(interval, delta), self._drag)

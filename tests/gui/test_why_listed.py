@@ -18,7 +18,7 @@ from tests.tiers import parametrize
 from tests.twistcore.test_quantities import MOTIONS, WALK
 from twistcore import read_clip, write_clip
 from twistcore.detection import Kind
-from twistcore.detection.interval_offsets import interval_with_given_median_offset
+from twistcore.detection.interval_offsets import with_offset_of_size
 from twistcore.review import Decision
 
 SAMPLE = read_clip("assets/walk.bvh")
@@ -123,9 +123,7 @@ def test_an_edited_stretch_shows_its_new_angle(qtbot, show_timeline):
     document, pane = timeline.document, timeline.panes["why"]
     before = shown(qtbot, timeline)
     judged = document.interval
-    document.edit(
-        judged.id, interval_with_given_median_offset(judged.interval, math.radians(150.0))
-    )
+    document.edit(judged.id, with_offset_of_size(judged.interval, math.radians(150.0)))
     timeline.refresh()
     assert len(pane.values["value"][0]) == document.frames  # it stays until the new one is there
     qtbot.waitUntil(lambda: pane.quantity is not before)

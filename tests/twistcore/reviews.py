@@ -12,9 +12,9 @@ from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import refine
 from twistcore.detection import Interval, Kind
 from twistcore.detection.interval_offsets import (
-    interval_with_given_median_offset,
     new_constant_offset_interval,
     resized_interval,
+    with_offset_of_size,
 )
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.detection.limb_flips import analyse_limbs as known
@@ -156,7 +156,7 @@ def commands(state):
             st.integers(0, 5),
         ),
         st.builds(
-            lambda i, d: Edit(i, interval_with_given_median_offset(state.find(i).interval, d)),
+            lambda i, d: Edit(i, with_offset_of_size(state.find(i).interval, d)),
             ids,
             st.floats(-3, 3),
         ),

@@ -16,7 +16,7 @@ from twistcore.detection.counter_twist.edges import find_interval_edges_and_step
 from twistcore.detection.counter_twist.offsets import interval_twist_errors_over_time
 from twistcore.detection.counter_twist.pairing import (
     best_edge_pairs,
-    interval_edge_pair_gains,
+    edge_pair_table,
     one_ended_jump_intervals,
     running_counter_rotation_sums,
 )
@@ -31,7 +31,7 @@ def analysis_of(seed, jumps=0.06):
     counter = counter_of(seed, frames=FRAMES, jumps=jumps)
     edges, step = find_interval_edges_and_steps(counter, ROW)
     sums = running_counter_rotation_sums(counter, ROW, step)
-    tables = tuple(interval_edge_pair_gains(edges, sums, low, high) for low, high in SEGMENTS)
+    tables = tuple(edge_pair_table(edges, sums, low, high) for low, high in SEGMENTS)
     return ChainAnalysis("Arm", FPS, counter, ROW, edges, step, tables)
 
 
@@ -193,7 +193,7 @@ def test_a_jump_that_nothing_explains_is_open_though_both_joints_turn():
     counter.event[ROW, 35] = True
     edges, step = find_interval_edges_and_steps(counter, ROW)
     sums = running_counter_rotation_sums(counter, ROW, step)
-    tables = tuple(interval_edge_pair_gains(edges, sums, low, high) for low, high in SEGMENTS)
+    tables = tuple(edge_pair_table(edges, sums, low, high) for low, high in SEGMENTS)
     chain = ChainAnalysis("Arm", FPS, counter, ROW, edges, step, tables)
     (found,) = chain.intervals(0.1)
     assert (found.start, found.stop, found.open) == (0, 35, True)

@@ -28,10 +28,10 @@ from twistcore.detection.soft_errors.softened_level import (
     KERNELS,
     Level,
     butterworth_filtered_unit_step,
-    fit_gradual_error_shapes,
-    gradual_error_curves,
-    guess_gradual_error_shape,
+    fit_softened_levels,
+    guess_softened_level,
     linear_unit_ramp,
+    softened_level_curves,
 )
 from twistcore.synthesis.protocol import parent_and_child_twist_increments
 
@@ -134,8 +134,8 @@ def test_kernels_are_a_ramp_and_a_zero_phase_butterworth():
 
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_the_level_that_was_softened_is_found_again(kernel):
-    truth = gradual_error_curves(np.array([[0.5, 30.5, 61.5, 11.0]]), kernel, 100)[0]
-    start = guess_gradual_error_shape(truth)
+    truth = softened_level_curves(np.array([[0.5, 30.5, 61.5, 11.0]]), kernel, 100)[0]
+    start = guess_softened_level(truth)
     assert start.size == pytest.approx(0.5, abs=0.06)
     away = Level(0.4, start.onset + 3.0, start.end - 3.0, 5.0)
 
@@ -143,7 +143,7 @@ def test_the_level_that_was_softened_is_found_again(kernel):
         sigma = np.radians(0.2) * wider
         return (courses - truth) / sigma, np.ones_like(courses) / sigma
 
-    ((found, left),) = fit_gradual_error_shapes([(away, kernel, 20.0)], 100, lambda c: c, residuals)
+    ((found, left),) = fit_softened_levels([(away, kernel, 20.0)], 100, lambda c: c, residuals)
     np.testing.assert_allclose(found, truth, atol=np.radians(0.1))
     assert left < 1.0
-    assert guess_gradual_error_shape(np.zeros(50)) is None
+    assert guess_softened_level(np.zeros(50)) is None

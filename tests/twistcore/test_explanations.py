@@ -17,10 +17,10 @@ from twistcore.detection.soft_errors.explanations import (
 from twistcore.detection.soft_errors.softened_level import (
     Level,
     butterworth_filtered_unit_step,
-    fit_gradual_error_shapes,
-    gradual_error_curves,
-    guess_gradual_error_shape,
+    fit_softened_levels,
+    guess_softened_level,
     linear_unit_ramp,
+    softened_level_curves,
 )
 
 DEGREE = math.pi / 180.0
@@ -134,7 +134,7 @@ def plain_levels(stretch, length, middle):
     for wider in (1.0, 3.0):
         tried = []
         for begin, end, width in levels:
-            shape = gradual_error_curves(
+            shape = softened_level_curves(
                 np.array([[1.0, begin, end, width]]), linear_unit_ramp, stretch.frames
             )
             (size,) = long.sizes(long.departures(shape), wider)
@@ -208,7 +208,7 @@ def plain_best(surprise, place, fit_below):
     best = free
     if ratio < fit_below or nothing - free[0] < 45.0:
         rivals = [free] if ratio >= 10.0 else []
-        starts = [(guess_gradual_error_shape(free[1]), ratio / 3.0)]
+        starts = [(guess_softened_level(free[1]), ratio / 3.0)]
         starts += [
             (Level(*v), w) for v, w in plain_levels(stretch, place.length, place.middle - low)
         ]
@@ -218,7 +218,7 @@ def plain_best(surprise, place, fit_below):
             if start is not None
             for kernel in (linear_unit_ramp, butterworth_filtered_unit_step)
         ]
-        for shape, left in fit_gradual_error_shapes(
+        for shape, left in fit_softened_levels(
             every, high - low, stretch.departures, stretch.residuals
         ):
             rivals.append((left + 8.0, shape, 0.5 * free[2]))

@@ -15,7 +15,7 @@ from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.corrected import Corrected
 from twistcore.analysis.correction.joint_repairs import JointRepairs, repair_moves_joints, repair_of
 from twistcore.analysis.correction.protected_measures import protected_measures
-from twistcore.detection.interval_offsets import interval_with_given_median_offset, resized_interval
+from twistcore.detection.interval_offsets import resized_interval, with_offset_of_size
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import compare_motions
 from twistcore.formats.bvh import read_bvh
@@ -73,9 +73,7 @@ def accepted(motion, kind, angle=None):
     review = tc.Review(tc.detect(motion))
     judged = the_only(review.state, kind)
     if angle is not None:
-        review.do(
-            Edit(judged.id, interval_with_given_median_offset(judged.interval, np.radians(angle)))
-        )
+        review.do(Edit(judged.id, with_offset_of_size(judged.interval, np.radians(angle))))
     review.do(Decide((judged.id,), Decision.ACCEPTED, "Ada", "2026-01-01T00:00:00+00:00"))
     return review
 

@@ -8,7 +8,7 @@ import pytest
 import twistcore as tc
 from twistcore.detection import Interval, Kind
 from twistcore.review import Decision, Judged, ReviewState
-from twistcore.review.kind_verdicts import verdict_on_each_interval
+from twistcore.review.kind_verdicts import verdicts_with_kinds
 from twistcore.tuning.verdict_counts import count_verdicts_by_group
 
 TIME = "2026-01-01T00:00:00+00:00"
@@ -28,7 +28,7 @@ def judged(k, decision=Decision.UNDECIDED, kind=Kind.COUNTER_TWIST, chain="LeftA
 
 
 def counts(state: ReviewState, some, group_of=lambda v: v.kind):
-    count = count_verdicts_by_group(verdict_on_each_interval(state.with_intervals(some)), group_of)
+    count = count_verdicts_by_group(verdicts_with_kinds(state.with_intervals(some)), group_of)
     return {
         group: (c.score.errors, c.score.found, c.score.alarms, c.undecided)
         for group, c in count.items()
@@ -67,7 +67,7 @@ def test_precision_and_recall_have_limits(empty):
     some = [judged(k, ACCEPTED if k < 6 else REJECTED) for k in range(8)]
     some.append(judged(8, ACCEPTED, by_hand=True))
     score = count_verdicts_by_group(
-        verdict_on_each_interval(empty.with_intervals(some)), lambda v: v.kind
+        verdicts_with_kinds(empty.with_intervals(some)), lambda v: v.kind
     )[Kind.COUNTER_TWIST].score
     for (share, low, high), expected in ((score.precision, 6 / 8), (score.recall, 6 / 7)):
         assert share == pytest.approx(expected)
@@ -77,7 +77,7 @@ def test_precision_and_recall_have_limits(empty):
 def test_recall_is_unknown_if_nobody_inserted_a_missed_error(empty):
     def recall(some):
         return count_verdicts_by_group(
-            verdict_on_each_interval(empty.with_intervals(some)), lambda v: v.chain
+            verdicts_with_kinds(empty.with_intervals(some)), lambda v: v.chain
         )["LeftArm"].recall
 
     assert np.isnan(recall([judged(0, ACCEPTED), judged(1, REJECTED)]))
@@ -90,4 +90,4 @@ def test_a_judged_clip_keeps_them(empty):
 
     clip = analyse(tc.read_clip("assets/walk.bvh"))
     state = replace(empty).with_intervals([judged(0, REJECTED, Kind.LIMB_FLIP)])
-    assert judged_clip_from_review(clip, state).of_kinds == verdict_on_each_interval(state)
+    assert judged_clip_from_review(clip, state).of_kinds == verdicts_with_kinds(state)

@@ -14,9 +14,9 @@ from twistcore.analysis.correction.twist_removal import automatic_corrections
 from twistcore.detection import noise_bursts as noise_module
 from twistcore.detection.noise_bursts import (
     NoiseBurst,
-    detected_noise_burst_notes,
     joint_noise_and_burst_threshold,
     largest_joint_and_ancestor_noise,
+    noise_burst_sentences,
     noise_bursts,
 )
 from twistcore.formats.bvh import parse_bvh, read_bvh
@@ -124,12 +124,12 @@ def test_the_quick_check_misses_no_window_that_is_mostly_true(width):
 def test_notes_name_the_first_spans_outside_the_chains_and_count_the_others():
     bursts = [NoiseBurst(0, 50 * k, 50 * k + 20, 9.0) for k in range(7)]
     bursts.insert(1, NoiseBurst(1, 10, 30, 12.0))
-    joined, *others, last = detected_noise_burst_notes(0, bursts, ("Head", "Neck"))
+    joined, *others, last = noise_burst_sentences(0, bursts, ("Head", "Neck"))
     assert "12° in frames 0–30 (Head, Neck)" in joined
     assert ("50–70 (Head)" in others[0], len(others)) == (True, 4)
     assert numbers(last) == [2]
-    assert [numbers(said) for said in detected_noise_burst_notes(3, (), ())] == [[3]]
-    assert len(detected_noise_burst_notes(1, (), ())) == 1
+    assert [numbers(said) for said in noise_burst_sentences(3, (), ())] == [[3]]
+    assert len(noise_burst_sentences(1, (), ())) == 1
 
 
 def test_a_quarter_of_a_second_of_noise_is_no_burst():

@@ -16,7 +16,7 @@ from twistcore.detection.counter_twist.pairing import (
     Pair,
     PairTable,
     best_edge_pairs,
-    interval_edge_pair_gains,
+    edge_pair_table,
     one_ended_jump_intervals,
     running_counter_rotation_sums,
 )
@@ -110,7 +110,7 @@ def assert_as_plain(pairs, table, counter, step):
 def test_courses_are_sums_of_jumps_that_close(seed):
     counter = counter_of(seed, frames=FRAMES)
     edges, step = find_interval_edges_and_steps(counter, ROW)
-    table = interval_edge_pair_gains(
+    table = edge_pair_table(
         edges, running_counter_rotation_sums(counter, ROW, step), seed % 20, FRAMES - seed % 7
     )
     pairs = best_edge_pairs(table, 0.5 * DEGREE, 60.0)
@@ -129,9 +129,7 @@ def test_no_pairs_have_no_courses():
     assert (
         interval_twist_errors_over_time(
             [],
-            interval_edge_pair_gains(
-                edges, running_counter_rotation_sums(counter, ROW, step), 0, FRAMES
-            ),
+            edge_pair_table(edges, running_counter_rotation_sums(counter, ROW, step), 0, FRAMES),
             counter,
             ROW,
             step,

@@ -17,7 +17,7 @@ from twistcore.detection.counter_twist.pairing import (
     Pair,
     PairTable,
     best_edge_pairs,
-    interval_edge_pair_gains,
+    edge_pair_table,
     one_ended_jump_intervals,
     running_counter_rotation_sums,
 )
@@ -34,9 +34,7 @@ def table_of(seed, low=0, high=FRAMES, jumps=0.08):
     return (
         counter,
         step,
-        interval_edge_pair_gains(
-            edges, running_counter_rotation_sums(counter, ROW, step), low, high
-        ),
+        edge_pair_table(edges, running_counter_rotation_sums(counter, ROW, step), low, high),
     )
 
 

@@ -18,8 +18,8 @@ from twistcore.detection.cuts import (
 from twistcore.detection.leading_blend import (
     LENGTHS,
     count_held_frames,
-    count_rest_frames_at_end,
     leading_blend_end,
+    trailing_rest_frames_of_rotations,
 )
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.motion import Motion, Skeleton, forward_kinematics
@@ -367,14 +367,15 @@ def test_a_pose_is_held_as_long_as_nothing_moves_at_all():
 def test_a_rest_pose_at_the_end_is_told_only_behind_a_blend():
     q = CAPTURE.rotations
     blended = out_of(REST, q[::-1], 12, eased=True)[::-1]
-    length = count_rest_frames_at_end(blended, 120.0)
+    length = trailing_rest_frames_of_rotations(blended, 120.0)
     assert 10 <= length <= 14
     held = np.concatenate([blended, np.repeat(blended[-1:], 7, axis=0)])
-    assert count_rest_frames_at_end(held, 120.0) == length + 7
-    assert count_rest_frames_at_end(np.concatenate([q, np.repeat(q[-1:], 7, axis=0)]), 120.0) == 0
+    assert trailing_rest_frames_of_rotations(held, 120.0) == length + 7
+    still = np.concatenate([q, np.repeat(q[-1:], 7, axis=0)])
+    assert trailing_rest_frames_of_rotations(still, 120.0) == 0
     elsewhere = out_of(q[40], q, 12, eased=True)
     assert leading_blend_end(elsewhere, 120.0) > 9
-    assert count_rest_frames_at_end(elsewhere[::-1], 120.0) == 0
+    assert trailing_rest_frames_of_rotations(elsewhere[::-1], 120.0) == 0
     motion = replace(CAPTURE, rotations=held, positions=CAPTURE.positions[[0] * len(held)])
     cut = np.flatnonzero(find_cuts(motion)).tolist()
     assert cut == list(range(len(held) - length - 7, len(held)))
@@ -400,5 +401,5 @@ def test_what_is_left_out_at_the_start_is_all_up_to_the_end_of_the_blend():
 def test_a_clip_that_is_a_blend_to_its_end_has_no_capture():
     q = out_of(REST, CAPTURE.rotations[::-1], 12, eased=True)[::-1][-22:]
     motion = replace(CAPTURE, rotations=q, positions=CAPTURE.positions[:22])
-    assert count_rest_frames_at_end(q, 120.0) > 9
+    assert trailing_rest_frames_of_rotations(q, 120.0) > 9
     assert count_leading_rest_frames(motion) == 21

@@ -322,10 +322,10 @@ def test_learned_gains_run_at_25_hz_and_carry_the_correction_back(capsys, weight
 
 
 def test_learned_gains_wait_for_one_sample_of_25_hz_and_no_more(walk):
-    from twistcore.quamo.track_clip import select_joints_with_rotation_channels, track_with_network
+    from twistcore.quamo.track_clip import select_writable_joints, track_with_network
 
     network = initial_gain_network_for_training(8, 4, np.random.default_rng(0), "full")
-    motion, joints = walk.motion, select_joints_with_rotation_channels(walk.skeleton, None)
+    motion, joints = walk.motion, select_writable_joints(walk.skeleton, None)
     whole = track_with_network(motion, joints, network).motion.rotations
     frames = 200
     part = track_with_network(motion.sliced(0, frames), joints, network).motion.rotations

@@ -23,7 +23,7 @@ from twistcore.quamo.pieces import capture_start_frames_after, frame_ranges_betw
 from twistcore.quamo.track_clip import (
     check_position_trackable,
     find_figure_position_joint,
-    select_joints_with_rotation_channels,
+    select_writable_joints,
     smooth_captures_with_spline,
     track_with_hand_gains,
     track_with_network,
@@ -35,7 +35,7 @@ WALK = read_bvh(ASSETS / "walk.bvh")
 MOTION = WALK.motion
 CAPTURE = MOTION.sliced(1, 151)
 OTHER = read_bvh(ASSETS / "dance.bvh").motion.sliced(101, 221)
-JOINTS = select_joints_with_rotation_channels(MOTION.skeleton, None)
+JOINTS = select_writable_joints(MOTION.skeleton, None)
 NETWORK = initial_gain_network_for_training(8, 4, np.random.default_rng(0), "full")
 
 

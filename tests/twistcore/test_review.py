@@ -19,10 +19,10 @@ from tests.twistcore.reviews import CHAINS, CLIP, commands, fresh, redetect, sig
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.detection import Interval
 from twistcore.detection.interval_offsets import (
-    interval_with_given_median_offset,
     new_constant_offset_interval,
     resized_interval,
     with_offset_making_twist_linear,
+    with_offset_of_size,
     with_offset_replaced_by_median,
 )
 from twistcore.errors import ClipMismatchError, FormatError
@@ -220,7 +220,7 @@ def test_resized_keeps_offsets_and_continues_them():
         resized_interval(interval, 8, 15).offset, [0.1, 0.1, 0.1, 0.2, 0.3, 0.3, 0.3]
     )
     np.testing.assert_allclose(resized_interval(interval, 11, 12).offset, [0.2])
-    assert interval_with_given_median_offset(interval, 1.0).delta == pytest.approx(1.0)
+    assert with_offset_of_size(interval, 1.0).delta == pytest.approx(1.0)
 
 
 def test_a_session_comes_back_and_replays_to_the_same_bytes(tmp_path):
@@ -232,7 +232,7 @@ def test_a_session_comes_back_and_replays_to_the_same_bytes(tmp_path):
     review.do(
         Edit(
             ids[0],
-            interval_with_given_median_offset(review.state.find(ids[0]).interval, 1.234567891234),
+            with_offset_of_size(review.state.find(ids[0]).interval, 1.234567891234),
         )
     )
     review.do(Insert(new_constant_offset_interval("LeftLeg", 100, 110, -0.7)))

@@ -7,9 +7,9 @@ import pytest
 
 from twistcore.detection import Interval
 from twistcore.detection.interval_offsets import (
-    interval_with_given_median_offset,
     new_constant_offset_interval,
     same_offsets,
+    with_offset_of_size,
     with_offset_replaced_by_median,
 )
 from twistcore.review import Redetect, start_review
@@ -51,7 +51,7 @@ def test_a_flattened_interval_has_its_median_offset_everywhere():
 
 @pytest.mark.parametrize("degrees", [-30.0, 5.0, 20.0])
 def test_a_soft_interval_is_stretched_to_its_largest_offset(degrees):
-    found = interval_with_given_median_offset(a_soft(), np.radians(degrees))
+    found = with_offset_of_size(a_soft(), np.radians(degrees))
     np.testing.assert_allclose(found.offset, a_soft(degrees).offset, atol=1e-12)
     assert found.start == 10
 

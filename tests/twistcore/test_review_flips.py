@@ -12,8 +12,8 @@ from tests.twistcore.reviews import CARRIED, CHAINS, CLIP, LIMBS, TAU, flip, fre
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.detection import Kind
 from twistcore.detection.interval_offsets import (
-    interval_with_given_median_offset,
     new_constant_offset_interval,
+    with_offset_of_size,
 )
 from twistcore.errors import ClipMismatchError, FormatError
 from twistcore.formats.bvh import read_bvh
@@ -126,7 +126,7 @@ def test_a_journal_keeps_kinds_and_old_ones_open(tmp_path):
     moved = flip(start=150, stop=160, carried=True)
     commands = [
         Insert(moved),
-        Edit(10, interval_with_given_median_offset(review.state.find(10).interval, 3.0)),
+        Edit(10, with_offset_of_size(review.state.find(10).interval, 3.0)),
         Redetect({"RightUpLeg-RightFoot": 0.7}, (flip(start=100, stop=109),)),
         CarryOver((Judged(1, CARRIED, Decision.ACCEPTED),), same_clip=True),
     ]

@@ -12,10 +12,10 @@ from tests.twistcore.plain_review import ARM, FOUND, JUMP, LEG, decided, made, r
 from twistcore.detection import Interval, Kind
 from twistcore.detection.interval_offsets import (
     angles_relative_to_adjacent_frames,
-    interval_with_given_median_offset,
     new_constant_offset_interval,
     resized_interval,
     with_offset_making_twist_linear,
+    with_offset_of_size,
 )
 from twistcore.quamo.tracking_settings import Tracking
 from twistcore.review import Annotate, Decide, Decision, Review, start_review
@@ -145,15 +145,13 @@ def test_resized_intervals_keep_their_offsets_and_take_the_nearest():
 
 def test_a_level_is_moved_and_a_soft_course_stretched():
     flat = replace(made(ARM, 0, 4), offset=np.array([0.9, 1.0, 1.0, 1.2]))
-    moved = interval_with_given_median_offset(flat, 1.5)
+    moved = with_offset_of_size(flat, 1.5)
     np.testing.assert_allclose(moved.offset, [1.4, 1.5, 1.5, 1.7])
-    over = interval_with_given_median_offset(flat, math.pi)
+    over = with_offset_of_size(flat, math.pi)
     np.testing.assert_allclose(over.offset[:3], [math.pi - 0.1, math.pi, math.pi])
     assert over.offset[3] == pytest.approx(0.2 - math.pi)
     soft = replace(made(ARM, 0, 4), offset=np.array([0.1, 0.5, 1.0, 0.2]))
-    np.testing.assert_allclose(
-        interval_with_given_median_offset(soft, -2.0).offset, [-0.2, -1.0, -2.0, -0.4]
-    )
+    np.testing.assert_allclose(with_offset_of_size(soft, -2.0).offset, [-0.2, -1.0, -2.0, -0.4])
 
 
 def test_twist_off_the_line_between_its_neighbours():

@@ -14,8 +14,8 @@ from twistcore.detection.soft_errors.silent_joints import (
     _left,
     _of_two_chains,
     _unanswered,
-    extract_twist_free_joint_errors,
-    find_twist_free_joints,
+    extract_silent_joint_errors,
+    find_silent_joints,
 )
 from twistcore.detection.soft_errors.soft_error import SoftError
 from twistcore.detection.soft_errors.surprise import Surprise
@@ -128,9 +128,9 @@ def bump(frames=40, degrees=20.0):
 
 
 def test_a_hinge_is_silent_in_both_chains_that_share_it():
-    assert find_twist_free_joints(made()) == {2: -1, 3: -1, 4: 1, 5: 1}
-    assert find_twist_free_joints(made(silent=0)) == {0: 1, 1: 1}
-    assert find_twist_free_joints(made(silent=3)) == {4: -1, 5: -1}
+    assert find_silent_joints(made()) == {2: -1, 3: -1, 4: 1, 5: 1}
+    assert find_silent_joints(made(silent=0)) == {0: 1, 1: 1}
+    assert find_silent_joints(made(silent=3)) == {4: -1, 5: -1}
 
 
 @pytest.mark.parametrize("moving", [False, True])
@@ -138,7 +138,7 @@ def test_a_hinge_is_silent_in_both_chains_that_share_it():
 def test_an_error_that_a_silent_joint_shows_is_taken_out(row, start, moving):
     clean = made(row, moving)
     surprise = put_in(clean, row, start, bump())
-    (found,) = extract_twist_free_joint_errors(surprise, {2 + row % 2: -1, 4 + row % 2: 1})
+    (found,) = extract_silent_joint_errors(surprise, {2 + row % 2: -1, 4 + row % 2: 1})
     assert (found.row, found.gain, found.sigma) == (row, 200.0, pytest.approx(0.1 * DEGREE))
     assert (found.followed, found.unsure) == (1.0, False)
     assert start - 1 <= found.start <= start + 1
@@ -148,14 +148,14 @@ def test_an_error_that_a_silent_joint_shows_is_taken_out(row, start, moving):
     assert np.abs(found.offset[[0, -1]]).min() > 0.05 * DEGREE
     close = np.abs(surprise.x - clean.x).max(), np.abs(surprise.y - clean.y).max()
     assert max(close) < 0.12 * DEGREE  # what is taken out is taken out of what is looked at, too
-    assert extract_twist_free_joint_errors(surprise, {3 - row % 2: -1, 5 - row % 2: 1}) == []
+    assert extract_silent_joint_errors(surprise, {3 - row % 2: -1, 5 - row % 2: 1}) == []
 
 
 @pytest.mark.parametrize("followed", [0.4, 0.6, 0.8])
 def test_a_silent_child_turns_back_only_a_part(followed):
     clean = made(3, moving=True, unrest=0.01)
     surprise = put_in(clean, 2, 80, bump(48, 30.0), followed)
-    (found,) = extract_twist_free_joint_errors(surprise, {2: -1, 4: 1})
+    (found,) = extract_silent_joint_errors(surprise, {2: -1, 4: 1})
     assert (found.row, found.followed) == (2, pytest.approx(followed, abs=0.03))
     wanted = bump(48, 30.0)[found.start - 80 : found.stop - 80]
     np.testing.assert_allclose(found.offset, wanted, atol=1.5 * DEGREE)
@@ -169,7 +169,7 @@ def test_errors_of_a_limb_are_taken_out_one_after_the_other():
     places = {(2, 30): 12.0, (4, 35): 0.0, (2, 120): -25.0, (4, 180): 18.0}
     for (row, start), degrees in places.items():
         surprise = put_in(surprise, row, start, bump(30, degrees))
-    found = extract_twist_free_joint_errors(surprise, {2: -1, 4: 1})
+    found = extract_silent_joint_errors(surprise, {2: -1, 4: 1})
     near = {(e.row, round((e.start - 15) / 30)): float(e.offset.sum()) for e in found}
     wanted = {(2, 0): 12.0, (2, 4): -25.0, (4, 6): 18.0}
     assert near.keys() == {(r, round((s - 15) / 30)) for r, s in ((2, 30), (2, 120), (4, 180))}
@@ -182,15 +182,15 @@ def test_no_more_errors_are_taken_out_than_are_allowed(monkeypatch):
     surprise = made(5)
     for start in (20, 70, 120, 170):
         surprise = put_in(surprise, 2, start, bump(30))
-    assert len(extract_twist_free_joint_errors(surprise, {2: -1, 4: 1})) == 2
+    assert len(extract_silent_joint_errors(surprise, {2: -1, 4: 1})) == 2
 
 
 def test_what_a_silent_joint_does_not_show_is_no_error_of_it():
     surprise = made(1)
     before = surprise.joints.copy()
-    assert extract_twist_free_joint_errors(surprise, {2: -1, 4: 1}) == []
-    assert extract_twist_free_joint_errors(surprise, {}) == []
-    assert extract_twist_free_joint_errors(surprise, {0: 1}) == []  # that one twists all the time
+    assert extract_silent_joint_errors(surprise, {2: -1, 4: 1}) == []
+    assert extract_silent_joint_errors(surprise, {}) == []
+    assert extract_silent_joint_errors(surprise, {0: 1}) == []  # that one twists all the time
     np.testing.assert_array_equal(surprise.joints, before)
 
 

@@ -10,10 +10,10 @@ import pytest
 
 from twistcore.detection.soft_errors.silent_joints import (
     _answered,
-    accumulated_twist_if_twist_free,
-    find_twist_free_joints,
-    twist_free_joint_error_angles,
-    twist_free_joint_error_ranges,
+    accumulated_twist_if_silent,
+    find_silent_joints,
+    silent_joint_error_angles,
+    silent_joint_error_ranges,
 )
 
 DEGREE = math.pi / 180.0
@@ -61,7 +61,7 @@ def test_a_level_stands_where_it_does_for_most_frames(cuts):
         cut = np.zeros(frames, dtype=bool)
         at = [c for c in cuts if c < frames]
         cut[at] = True
-        found = accumulated_twist_if_twist_free(own, other, cut)
+        found = accumulated_twist_if_silent(own, other, cut)
         wanted = plain_standing(own.tolist(), other.tolist(), at)
         ended.add(wanted is None)
         if wanted is None:
@@ -81,7 +81,7 @@ def turns(frames=200, still=0.3, seed=0):
 
 
 def stands(own, other):
-    return accumulated_twist_if_twist_free(own, other, np.zeros(len(own), dtype=bool)) is not None
+    return accumulated_twist_if_silent(own, other, np.zeros(len(own), dtype=bool)) is not None
 
 
 def test_a_level_stands_only_beside_a_joint_that_moves():
@@ -122,7 +122,7 @@ def test_a_level_stands_for_three_in_a_hundred_frames(many, enough):
     level[::12] = level[1::12]
     level[50 : 50 + many] = 300.0 * DEGREE
     own = np.diff(level, prepend=0.0)
-    found = accumulated_twist_if_twist_free(own, other, np.zeros(200, dtype=bool))
+    found = accumulated_twist_if_silent(own, other, np.zeros(200, dtype=bool))
     assert (found is not None) == enough
     if enough:
         np.testing.assert_allclose(found, level - 300.0 * DEGREE, atol=1e-9)
@@ -164,24 +164,24 @@ def test_frames_in_which_a_level_is_off(seed):
         cuts = []
     cut = np.zeros(120, dtype=bool)
     cut[cuts] = True
-    found = twist_free_joint_error_ranges(level, cut)
+    found = silent_joint_error_ranges(level, cut)
     assert found == plain_runs(level.tolist(), cuts)
     assert all(type(v) is int for run in found for v in run)
 
 
 def test_a_level_that_stands_is_never_off():
     nowhere = np.zeros(40, dtype=bool)
-    assert twist_free_joint_error_ranges(np.full(40, 0.1 * DEGREE), nowhere) == []
+    assert silent_joint_error_ranges(np.full(40, 0.1 * DEGREE), nowhere) == []
     level = np.zeros(40)
     level[[0, 20, 39]] = 2.0 * DEGREE
-    assert twist_free_joint_error_ranges(level, nowhere) == [(0, 3), (18, 23), (37, 40)]
+    assert silent_joint_error_ranges(level, nowhere) == [(0, 3), (18, 23), (37, 40)]
     again = level.copy()
     again[22] = -2.0 * DEGREE  # parted by one frame
-    assert twist_free_joint_error_ranges(again, nowhere) == [(0, 3), (18, 23), (20, 25), (37, 40)]
+    assert silent_joint_error_ranges(again, nowhere) == [(0, 3), (18, 23), (20, 25), (37, 40)]
     for many in (7, 8):
         cut = nowhere.copy()
         cut[[15, 15 + many]] = True
-        found = twist_free_joint_error_ranges(level, cut)
+        found = silent_joint_error_ranges(level, cut)
         assert found == [(0, 3), *([(18, 15 + many)] if many > 7 else []), (37, 40)]
 
 
@@ -241,7 +241,7 @@ def test_which_joints_are_silent(count):
             if kind == 3:
                 x[row, rng.random(80) < 0.5] = 0.0
                 y[row, rng.random(80) < 0.6] = 0.0
-        found = find_twist_free_joints(read_only(x, y, count))
+        found = find_silent_joints(read_only(x, y, count))
         assert found == plain_sides(x, y, count)
         seen.add(tuple(sorted(found.values())))
     assert len(seen) >= 4
@@ -263,16 +263,12 @@ def test_the_level_of_a_silent_child_is_the_errors_other_side():
     y[0, 30], y[0, 65] = -0.4, 0.4
     level = np.zeros(80)
     level[30:65] = 0.4
-    np.testing.assert_allclose(
-        twist_free_joint_error_angles(read_only(x, y), 0, -1), level, atol=1e-12
-    )
-    np.testing.assert_allclose(
-        twist_free_joint_error_angles(read_only(y, x), 0, 1), -level, atol=1e-12
-    )
-    assert twist_free_joint_error_angles(read_only(y, x), 0, -1) is None
-    assert twist_free_joint_error_angles(read_only(x, y), 0, 1) is None
+    np.testing.assert_allclose(silent_joint_error_angles(read_only(x, y), 0, -1), level, atol=1e-12)
+    np.testing.assert_allclose(silent_joint_error_angles(read_only(y, x), 0, 1), -level, atol=1e-12)
+    assert silent_joint_error_angles(read_only(y, x), 0, -1) is None
+    assert silent_joint_error_angles(read_only(x, y), 0, 1) is None
     cut = np.zeros(80, dtype=bool)
     cut[32] = True
-    found = twist_free_joint_error_angles(read_only(x, y, cut=cut), 0, -1)
+    found = silent_joint_error_angles(read_only(x, y, cut=cut), 0, -1)
     np.testing.assert_allclose(found[:32], level[:32], atol=1e-12)
     np.testing.assert_allclose(found[32:], level[32:] - 0.4, atol=1e-12)  # mostly there

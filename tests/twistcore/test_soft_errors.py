@@ -17,9 +17,9 @@ from twistcore.cli import main
 from twistcore.detection.consistency.detector import _limbs, _lines
 from twistcore.detection.soft_errors import Known, search_soft_errors
 from twistcore.detection.soft_errors.silent_joints import (
-    accumulated_twist_if_twist_free,
-    find_twist_free_joints,
-    twist_free_joint_error_ranges,
+    accumulated_twist_if_silent,
+    find_silent_joints,
+    silent_joint_error_ranges,
 )
 from twistcore.detection.soft_errors.surprise import Surprise
 from twistcore.formats.bvh import read_bvh, write_motion
@@ -286,18 +286,18 @@ def test_a_joint_that_never_twists_is_silent_one_that_rests_is_not():
     turning = np.radians(0.5) * np.sin(np.arange(400) / 9.0)
     never = np.zeros(400)
     np.testing.assert_allclose(
-        accumulated_twist_if_twist_free(never, turning, np.zeros(len(never), dtype=bool)), 0.0
+        accumulated_twist_if_silent(never, turning, np.zeros(len(never), dtype=bool)), 0.0
     )
     rests = turning[::-1].copy()
     rests[100:200] = 0.0
-    assert accumulated_twist_if_twist_free(rests, turning, np.zeros(len(rests), dtype=bool)) is None
+    assert accumulated_twist_if_silent(rests, turning, np.zeros(len(rests), dtype=bool)) is None
     halts = turning[::-1].copy()
     halts[::25] = 0.0  # now and then, at its turning points as well
-    assert accumulated_twist_if_twist_free(halts, turning, np.zeros(len(halts), dtype=bool)) is None
+    assert accumulated_twist_if_silent(halts, turning, np.zeros(len(halts), dtype=bool)) is None
     both_rest = turning.copy()
     both_rest[100:300] = 0.0
     assert (
-        accumulated_twist_if_twist_free(both_rest, both_rest, np.zeros(len(both_rest), dtype=bool))
+        accumulated_twist_if_silent(both_rest, both_rest, np.zeros(len(both_rest), dtype=bool))
         is None
     )
 
@@ -308,20 +308,18 @@ def test_the_level_of_a_silent_joint_is_that_of_most_frames():
     level[150:240] = THIRTY * np.sin(np.linspace(0.0, np.pi, 90))
     silent = np.diff(level, prepend=0.0)
     np.testing.assert_allclose(
-        accumulated_twist_if_twist_free(silent, turning, np.zeros(len(silent), dtype=bool)),
+        accumulated_twist_if_silent(silent, turning, np.zeros(len(silent), dtype=bool)),
         level,
         atol=1e-9,
     )
     nowhere = np.zeros(400, dtype=bool)
-    ((start, stop),) = twist_free_joint_error_ranges(level, nowhere)
+    ((start, stop),) = silent_joint_error_ranges(level, nowhere)
     assert start <= 150
     assert stop >= 240
-    assert (
-        twist_free_joint_error_ranges(0.04 * level, nowhere) == []
-    )  # 1.2°: less than is asked for
+    assert silent_joint_error_ranges(0.04 * level, nowhere) == []  # 1.2°: less than is asked for
     cut = nowhere.copy()
     cut[200] = True
-    assert twist_free_joint_error_ranges(level, cut) == [(start, 200), (200, stop)]
+    assert silent_joint_error_ranges(level, cut) == [(start, 200), (200, stop)]
 
 
 def surprise_of(motion, name="LeftArm", cut=None):
@@ -337,10 +335,10 @@ def surprise_of(motion, name="LeftArm", cut=None):
 def test_the_rig_of_the_samples_has_silent_joints_and_made_rich_it_has_none():
     for name in CLIPS:
         surprise, rows = surprise_of(clip(name))
-        sides = {n: find_twist_free_joints(surprise).get(r) for n, r in rows.items()}
+        sides = {n: find_silent_joints(surprise).get(r) for n, r in rows.items()}
         assert {s for n, s in sides.items() if n.endswith("Arm") and "Fore" not in n} == {-1}
         assert {s for n, s in sides.items() if n.endswith("ForeArm")} == {1}
-        assert find_twist_free_joints(surprise_of(clip(name, "rich"))[0]) == {}
+        assert find_silent_joints(surprise_of(clip(name, "rich"))[0]) == {}
 
 
 @pytest.mark.parametrize(("fill", "least"), [("GH", 8.0), ("GI", 3.0)])
@@ -353,7 +351,7 @@ def test_a_joint_held_over_gaps_is_not_the_silent_one(fill, least):
         )
         dirty = inject(motion, chains, errors)
         surprise, rows = surprise_of(dirty)
-        assert find_twist_free_joints(surprise)[rows["RightArm"]] == -1
+        assert find_silent_joints(surprise)[rows["RightArm"]] == -1
         _, total = found_in(dirty)
         full = np.zeros(motion.frames)
         for e in errors:

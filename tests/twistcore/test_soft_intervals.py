@@ -16,7 +16,7 @@ from twistcore.analysis.why_not import Why, why_frame_bounds_no_interval
 from twistcore.cli import main
 from twistcore.detection import Interval
 from twistcore.detection.consistency.chain_analysis import FixedInterval
-from twistcore.detection.interval_offsets import interval_with_given_median_offset
+from twistcore.detection.interval_offsets import with_offset_of_size
 from twistcore.detection.soft_onset import describe_soft_onset, rise_and_fall_frames
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
@@ -80,9 +80,9 @@ def test_a_soft_interval_is_shown_by_its_largest_offset_and_an_ordinary_one_by_i
 
 
 def test_its_course_is_stretched_where_an_ordinary_one_is_moved():
-    edited = interval_with_given_median_offset(soft(), np.radians(-39.0))
+    edited = with_offset_of_size(soft(), np.radians(-39.0))
     np.testing.assert_allclose(edited.offset, -0.5 * RAMP, atol=1e-12)
-    assert interval_with_given_median_offset(level(20.0), 1.0).delta == pytest.approx(1.0)
+    assert with_offset_of_size(level(20.0), 1.0).delta == pytest.approx(1.0)
 
 
 def test_explain_and_json_have_soft_intervals(ramped, tmp_path, capsys):

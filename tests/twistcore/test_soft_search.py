@@ -14,7 +14,7 @@ from twistcore.detection.soft_errors.soft_error import SoftError
 from twistcore.detection.soft_errors.soft_search import (
     OVER,
     Search,
-    search_soft_errors_within_budget,
+    explain_seeds_within_budget,
     twist_departure_costs_per_span,
 )
 
@@ -151,7 +151,7 @@ def plain_run(s, limb, in_vain):
 
 
 def all_found(search):
-    search_soft_errors_within_budget([search], search._surprise, math.inf)
+    explain_seeds_within_budget([search], search._surprise, math.inf)
     return search.found
 
 
@@ -263,7 +263,7 @@ def test_limbs_searched_together_find_what_each_finds_alone(seed):
     alone = [all_found(search) for search in searches_of(two_limbs(seed))]
     s = two_limbs(seed)
     together = searches_of(s)
-    assert search_soft_errors_within_budget(together, s, math.inf)
+    assert explain_seeds_within_budget(together, s, math.inf)
     for search, wanted in zip(together, alone, strict=True):
         found = [(f.row, f.start, f.stop, f.gain) for f in search.found]
         assert found == [(w.row, w.start, w.stop, w.gain) for w in wanted]
@@ -275,12 +275,12 @@ def test_a_budget_ends_the_search_where_seeds_say_least(monkeypatch, budget):
     s = two_limbs(4)
     with monkeypatch.context() as patch:
         every = counted(patch, s)
-        search_soft_errors_within_budget(searches_of(s), s, math.inf)
+        explain_seeds_within_budget(searches_of(s), s, math.inf)
     s = two_limbs(4)
     s.work = 777  # of an earlier round
     told = counted(monkeypatch, s)
     searches = searches_of(s)
-    assert not search_soft_errors_within_budget(searches, s, budget)
+    assert not explain_seeds_within_budget(searches, s, budget)
     assert told == every[: -(-budget // 10)]
     assert len(told) < len(every)
 
@@ -289,7 +289,7 @@ def test_the_search_says_which_frames_it_did_not_look_at(monkeypatch):
     s = two_limbs(4)
     counted(monkeypatch, s)
     searches = searches_of(s)
-    search_soft_errors_within_budget(searches, s, 15)
+    explain_seeds_within_budget(searches, s, 15)
     tops = [top for search in searches if (top := search.next()) is not None]
     assert tops
     left = np.array([search.left() for search in searches])

@@ -12,10 +12,10 @@ from twistcore.detection.soft_errors.softened_level import (
     KERNELS,
     Level,
     butterworth_filtered_unit_step,
-    fit_gradual_error_shapes,
-    gradual_error_curves,
-    guess_gradual_error_shape,
+    fit_softened_levels,
+    guess_softened_level,
     linear_unit_ramp,
+    softened_level_curves,
 )
 
 FRAMES = 80
@@ -47,7 +47,7 @@ def test_levels_are_looked_at_as_ramps_and_as_filtered_ones():
 @pytest.mark.parametrize("kernel", [linear_unit_ramp, butterworth_filtered_unit_step])
 def test_a_course_rises_at_its_onset_and_falls_at_its_end(kernel):
     levels = np.array([[0.5, 9.0, 21.0, 4.0], [-0.2, -3.0, 30.5, 11.0], [1.0, 5.0, 9.0, 0.1]])
-    found = gradual_error_curves(levels, kernel, 40)
+    found = softened_level_curves(levels, kernel, 40)
     assert found.shape == (3, 40)
     for row, (size, onset, end, width) in zip(found, levels, strict=True):
         width = max(width, 0.5)
@@ -57,7 +57,7 @@ def test_a_course_rises_at_its_onset_and_falls_at_its_end(kernel):
 
 
 def test_a_course_by_hand():
-    (found,) = gradual_error_curves(np.array([[2.0, 3.0, 8.0, 4.0]]), linear_unit_ramp, 12)
+    (found,) = softened_level_curves(np.array([[2.0, 3.0, 8.0, 4.0]]), linear_unit_ramp, 12)
     wanted = [0.0, 0.0, 0.25, 0.5, 0.75, 1.0, 0.75, 0.5, 0.25, 0.0, 0.0, 0.0]
     wanted[5:7] = [1.0, 1.0]
     wanted[7:10] = [0.75, 0.5, 0.25]
@@ -85,21 +85,21 @@ def plain_guess(offset):
 def test_a_level_is_guessed_by_where_an_offset_is_half_as_large(seed):
     rng = np.random.default_rng(seed)
     level = np.array([[rng.choice([-1, 1]) * rng.uniform(0.1, 2.0), 20.0, 45.0, 3.0 + 3.0 * seed]])
-    (offset,) = gradual_error_curves(level, linear_unit_ramp, FRAMES) + 0.01 * rng.standard_normal(
+    (offset,) = softened_level_curves(level, linear_unit_ramp, FRAMES) + 0.01 * rng.standard_normal(
         FRAMES
     )
-    found = guess_gradual_error_shape(offset)
+    found = guess_softened_level(offset)
     assert found == pytest.approx(plain_guess(offset.tolist()))
     assert isinstance(found, Level)
-    assert guess_gradual_error_shape(np.full(9, -0.5)) == (-0.5, -0.5, 8.5, 2.0)
-    assert guess_gradual_error_shape(np.array([0.1, 1.0, 0.1])) == (1.0, 0.5, 1.5, 2.0)
+    assert guess_softened_level(np.full(9, -0.5)) == (-0.5, -0.5, 8.5, 2.0)
+    assert guess_softened_level(np.array([0.1, 1.0, 0.1])) == (1.0, 0.5, 1.5, 2.0)
 
 
 def test_a_level_is_not_guessed_where_nothing_rises():
-    assert guess_gradual_error_shape(np.zeros(9)) is None
-    assert guess_gradual_error_shape(np.ones(2)) is None
-    assert guess_gradual_error_shape(np.ones(3)) == (1.0, -0.5, 2.5, 2.0)
-    assert guess_gradual_error_shape(np.full(5, 1e-9)) is not None
+    assert guess_softened_level(np.zeros(9)) is None
+    assert guess_softened_level(np.ones(2)) is None
+    assert guess_softened_level(np.ones(3)) == (1.0, -0.5, 2.5, 2.0)
+    assert guess_softened_level(np.full(5, 1e-9)) is not None
 
 
 # The best fit
@@ -112,7 +112,7 @@ def same(courses):
 
 def fitted(start, kernel, frames, residuals, coarsest):
     """Fit one level."""
-    return fit_gradual_error_shapes([(start, kernel, coarsest)], frames, same, residuals)[0]
+    return fit_softened_levels([(start, kernel, coarsest)], frames, same, residuals)[0]
 
 
 def residuals_of(wanted, spread=0.02, cap=math.inf):
@@ -130,25 +130,25 @@ def residuals_of(wanted, spread=0.02, cap=math.inf):
 def test_the_level_is_found_that_leaves_the_least(kernel, seed):
     rng = np.random.default_rng(seed)
     truth = np.array([0.6, 22.3, 51.7, 9.4])
-    (clean,) = gradual_error_curves(truth[None], kernel, FRAMES)
+    (clean,) = softened_level_curves(truth[None], kernel, FRAMES)
     of = residuals_of(clean + 0.02 * rng.standard_normal(FRAMES))
     start = Level(0.45, 20.0, 54.0, 7.0)
     shape, left = fitted(start, kernel, FRAMES, of, 1.0)
     best = least_squares(
-        lambda v: of(gradual_error_curves(v[None], kernel, FRAMES))[0][0],
+        lambda v: of(softened_level_curves(v[None], kernel, FRAMES))[0][0],
         truth,
         x_scale=[0.03, 1, 1, 1],
     )
     assert left == pytest.approx(2.0 * best.cost, abs=0.5)
     assert left == pytest.approx(float((of(shape[None])[0] ** 2).sum()))
     np.testing.assert_allclose(
-        shape, gradual_error_curves(best.x[None], kernel, FRAMES)[0], atol=0.02
+        shape, softened_level_curves(best.x[None], kernel, FRAMES)[0], atol=0.02
     )
 
 
 def test_what_fits_exactly_is_left_as_it_is():
     start = Level(0.6, 22.0, 51.0, 9.0)
-    (wanted,) = gradual_error_curves(np.array([start]), linear_unit_ramp, FRAMES)
+    (wanted,) = softened_level_curves(np.array([start]), linear_unit_ramp, FRAMES)
     shape, left = fitted(start, linear_unit_ramp, FRAMES, residuals_of(wanted), 1.0)
     np.testing.assert_allclose(shape, wanted, atol=1e-12)
     assert left == pytest.approx(0.0, abs=1e-12)
@@ -165,7 +165,7 @@ def test_what_fits_exactly_is_left_as_it_is():
     ],
 )
 def test_scales_are_wide_first_and_narrower_by_a_fifth(coarsest, widths):
-    (wanted,) = gradual_error_curves(np.array([[0.6, 22.0, 51.0, 9.0]]), linear_unit_ramp, FRAMES)
+    (wanted,) = softened_level_curves(np.array([[0.6, 22.0, 51.0, 9.0]]), linear_unit_ramp, FRAMES)
     of, asked = residuals_of(wanted), []
 
     def noted(courses, wider):
@@ -178,7 +178,7 @@ def test_scales_are_wide_first_and_narrower_by_a_fifth(coarsest, widths):
 
 
 def test_wide_scales_lead_where_every_residual_is_at_its_cap():
-    (wanted,) = gradual_error_curves(np.array([[1.0, 22.0, 51.0, 9.0]]), linear_unit_ramp, FRAMES)
+    (wanted,) = softened_level_curves(np.array([[1.0, 22.0, 51.0, 9.0]]), linear_unit_ramp, FRAMES)
     of = residuals_of(wanted, 0.01, cap=3.0)
     start = Level(0.5, 10.0, 65.0, 5.0)
     _, alone = fitted(start, linear_unit_ramp, FRAMES, of, 1.0)
@@ -194,7 +194,7 @@ def steps_of(kernel, start, of, frames):
     at = tried = number
     damping, best, asked = 0.01, math.inf, 0
     for turn in range(12):
-        here = gradual_error_curves((tried * scales)[None], kernel, frames)[0]
+        here = softened_level_curves((tried * scales)[None], kernel, frames)[0]
         left, change = of(here, 1.0)
         asked += 1
         value = float(sum(v * v for v in left))
@@ -208,7 +208,7 @@ def steps_of(kernel, start, of, frames):
                 by = 1e-3 * max(abs(at[k]), 1.0)
                 changed = at.copy()
                 changed[k] += by
-                moved = gradual_error_curves((changed * scales)[None], kernel, frames)[0]
+                moved = softened_level_curves((changed * scales)[None], kernel, frames)[0]
                 slopes.append(change * (moved - here) / by)
             curvature = [[float(a @ b) for a in slopes] for b in slopes]
             down = [float(a @ left) for a in slopes]
@@ -220,7 +220,7 @@ def steps_of(kernel, start, of, frames):
         for k in range(4):
             damped[k, k] += damping * (curvature[k][k] + 1e-9)
         tried = at - np.linalg.solve(damped, down)
-    return gradual_error_curves((at * scales)[None], kernel, frames)[0], best, asked
+    return softened_level_curves((at * scales)[None], kernel, frames)[0], best, asked
 
 
 @pytest.mark.parametrize("kernel", [linear_unit_ramp, butterworth_filtered_unit_step])
@@ -230,7 +230,7 @@ def steps_of(kernel, start, of, frames):
 )
 def test_the_steps_are_levenbergs_and_marquardts(kernel, cap, start):
     rng = np.random.default_rng(5)
-    (wanted,) = gradual_error_curves(np.array([[0.6, 22.3, 51.7, 9.4]]), kernel, FRAMES)
+    (wanted,) = softened_level_curves(np.array([[0.6, 22.3, 51.7, 9.4]]), kernel, FRAMES)
     of, asked = residuals_of(wanted + 0.01 * rng.standard_normal(FRAMES), 0.02, cap), []
 
     def noted(courses, wider):
@@ -246,7 +246,7 @@ def test_the_steps_are_levenbergs_and_marquardts(kernel, cap, start):
 
 
 def test_no_more_steps_are_made_than_are_allowed(monkeypatch):
-    (wanted,) = gradual_error_curves(np.array([[0.6, 22.0, 51.0, 9.0]]), linear_unit_ramp, FRAMES)
+    (wanted,) = softened_level_curves(np.array([[0.6, 22.0, 51.0, 9.0]]), linear_unit_ramp, FRAMES)
     of, asked = residuals_of(wanted), []
 
     def noted(courses, wider):
@@ -260,7 +260,7 @@ def test_no_more_steps_are_made_than_are_allowed(monkeypatch):
 
 def test_the_best_of_many_starts_is_as_good_as_alone_with_less_work():
     rng = np.random.default_rng(7)
-    (wanted,) = gradual_error_curves(np.array([[0.6, 22.3, 51.7, 9.4]]), linear_unit_ramp, FRAMES)
+    (wanted,) = softened_level_curves(np.array([[0.6, 22.3, 51.7, 9.4]]), linear_unit_ramp, FRAMES)
     of, asked = residuals_of(wanted + 0.01 * rng.standard_normal(FRAMES), 0.02, 8.0), []
 
     def noted(courses, wider):
@@ -273,7 +273,7 @@ def test_the_best_of_many_starts_is_as_good_as_alone_with_less_work():
         (Level(0.6, 22.0, 50.0, 9.0), butterworth_filtered_unit_step, 1.0),
         (Level(0.5, 24.0, 50.0, 7.0), linear_unit_ramp, 3.0),
     ]
-    together = fit_gradual_error_shapes(starts, FRAMES, same, noted)
+    together = fit_softened_levels(starts, FRAMES, same, noted)
     calls, courses = len(asked), sum(asked)
     asked.clear()
     alone = [fitted(start, kernel, FRAMES, noted, wider) for start, kernel, wider in starts]
@@ -284,14 +284,14 @@ def test_the_best_of_many_starts_is_as_good_as_alone_with_less_work():
     np.testing.assert_array_equal(best[0], least[0])
     assert courses < sum(asked)
     assert calls < 0.7 * len(asked)
-    assert fit_gradual_error_shapes([], FRAMES, same, of) == []
+    assert fit_softened_levels([], FRAMES, same, of) == []
 
 
 def test_a_fit_far_behind_the_best_is_given_up():
-    (wanted,) = gradual_error_curves(np.array([[0.6, 22.0, 51.0, 9.0]]), linear_unit_ramp, FRAMES)
+    (wanted,) = softened_level_curves(np.array([[0.6, 22.0, 51.0, 9.0]]), linear_unit_ramp, FRAMES)
     starts = [Level(0.55, 23.0, 50.0, 8.0), Level(-0.4, 60.0, 75.0, 3.0)]
     of = residuals_of(wanted, cap=3.0)
-    best, behind = fit_gradual_error_shapes(
+    best, behind = fit_softened_levels(
         [(start, linear_unit_ramp, 1.0) for start in starts], FRAMES, same, of
     )
     assert best[1] < 0.1

@@ -14,7 +14,7 @@ from twistcore.detection.counter_twist.edges import find_interval_edges_and_step
 from twistcore.detection.counter_twist.offsets import interval_twist_errors_over_time
 from twistcore.detection.counter_twist.pairing import (
     best_edge_pairs,
-    interval_edge_pair_gains,
+    edge_pair_table,
     running_counter_rotation_sums,
 )
 from twistcore.detection.straight_limbs.straight_claims import (
@@ -45,7 +45,7 @@ def jumps_of(seed, tau=2.0):
     counter = counter_of(seed, frames=FRAMES, jumps=0.06)
     edges, step = find_interval_edges_and_steps(counter, ROW)
     sums = running_counter_rotation_sums(counter, ROW, step)
-    tables = tuple(interval_edge_pair_gains(edges, sums, a, b) for a, b in ((0, 70), (70, FRAMES)))
+    tables = tuple(edge_pair_table(edges, sums, a, b) for a, b in ((0, 70), (70, FRAMES)))
     return Jumps(counter, ROW, edges, step, tables, tau * DEGREE, 60.0)
 
 
@@ -94,7 +94,7 @@ def test_jumps_without_edges_are_paired_anew(seed):
     np.testing.assert_array_equal(left.edges.peak, jumps.edges.peak[kept])
     sums = running_counter_rotation_sums(jumps.counter, ROW, jumps.step)
     for table, old in zip(left.tables, jumps.tables, strict=True):
-        assert_same(table, interval_edge_pair_gains(left.edges, sums, old.low, old.high))
+        assert_same(table, edge_pair_table(left.edges, sums, old.low, old.high))
     assert (left.counter, left.row, left.tau, left.fps) == (jumps.counter, ROW, jumps.tau, 60.0)
     assert not any(peaks[p] for j in left.found() for p in j.peaks)
 

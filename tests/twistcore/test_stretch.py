@@ -8,7 +8,7 @@ import pytest
 from tests.twistcore.test_soft_errors import SHAPES, clip, erring, surprise_of
 from twistcore.detection.soft_errors.explanations import FREE_AT, Explanations, Seed
 from twistcore.detection.soft_errors.natural_scale import natural_twist_departure_cost
-from twistcore.detection.soft_errors.softened_level import gradual_error_curves, linear_unit_ramp
+from twistcore.detection.soft_errors.softened_level import linear_unit_ramp, softened_level_curves
 from twistcore.detection.soft_errors.surprise import LONGEST
 
 ROW, START, MIDDLE = "LeftArm", 150, 165
@@ -51,7 +51,7 @@ def one_by_one(surprise, row, low, courses, wider, shortest):
 def test_residuals_of_a_stretch_are_those_of_its_spans(measured, low, wider, shortest):
     surprise, row = measured
     low %= surprise.frames
-    courses = gradual_error_curves(LEVELS, linear_unit_ramp, 32)
+    courses = softened_level_curves(LEVELS, linear_unit_ramp, 32)
     stretch = surprise.local_departures(row, low, 32).longer(shortest)
     found, changes = stretch.residuals(stretch.departures(courses), np.full((3, 1), wider))
     expected = one_by_one(surprise, row, low, courses, wider, shortest)
@@ -116,7 +116,7 @@ def test_how_many_times_a_course_is_there(measured, wider):
     surprise, row = measured
     stretch = surprise.local_departures(row, 140, 50)
     levels = np.array([[1.0, 12.0, 36.0, 8.0], [1.0, 4.0, 20.0, 3.0], [1e-9, 9.0, 15.0, 3.0]])
-    by = stretch.departures(gradual_error_curves(levels, linear_unit_ramp, 50))
+    by = stretch.departures(softened_level_curves(levels, linear_unit_ramp, 50))
     found = stretch.sizes(by, wider)
     assert found.shape == (3,)
     for size, own in zip(found, by, strict=True):

@@ -18,7 +18,7 @@ from twistcore.detection.consistency.detector import _by_itself, _limbs, find_ju
 from twistcore.detection.soft_errors import Known, search_soft_errors
 from twistcore.detection.soft_errors.silent_joints import _of_two_chains
 from twistcore.detection.soft_errors.soft_error import SoftError, mark_error_if_unsure
-from twistcore.detection.soft_errors.softened_level import gradual_error_curves, linear_unit_ramp
+from twistcore.detection.soft_errors.softened_level import linear_unit_ramp, softened_level_curves
 from twistcore.skeleton.chain import find_chains
 
 RNG = np.random.default_rng(5)
@@ -93,7 +93,7 @@ def test_what_a_straight_limb_tells_no_soft_error_moves():
 def test_sizes_are_those_that_leave_least_whatever_else_is_there():
     motion = clip("walk.bvh", "rich")
     low, high = 130, 220
-    shape = gradual_error_curves(np.array([[1.0, 30.0, 60.0, 8.0]]), linear_unit_ramp, high - low)
+    shape = softened_level_curves(np.array([[1.0, 30.0, 60.0, 8.0]]), linear_unit_ramp, high - low)
     offset = np.radians(50.0) * shape[0]
     offset[20:26] += np.radians(90.0)  # and a glitch that is none of the level's
     _, dirty = erring(motion, "LeftArm", low, offset)

@@ -12,8 +12,8 @@ from twistcore.detection.quantity import evidence_curve_of_interval
 from twistcore.detection.turned_ends import (
     APART,
     SMALLEST,
-    jump_rotations_at_interval_borders,
-    mean_of_interval_border_jumps,
+    jump_rotations_at_edges,
+    mean_edge_jump,
 )
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decide, Decision
@@ -105,8 +105,8 @@ def test_equal_turns_have_themselves_in_common():
     turn = exponential(np.radians(120.0) * AXIS)
     before, after = WALK.rotations[[10, 30], FOOT]
     edges = np.array([before, multiply(before, turn), -multiply(after, turn), after])
-    turns = jump_rotations_at_interval_borders(edges)
-    for one in (*turns, mean_of_interval_border_jumps(turns)):
+    turns = jump_rotations_at_edges(edges)
+    for one in (*turns, mean_edge_jump(turns)):
         assert geodesic_angle(one, turn) == pytest.approx(0.0, abs=1e-6)
 
 

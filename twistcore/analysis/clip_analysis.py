@@ -41,10 +41,10 @@ from twistcore.detection.cuts import ignored_frames_notes
 from twistcore.detection.finding import KindSearch, intervals_of_kind
 from twistcore.detection.helper_rolls import HelperAnalysis, analyse_helper_rolls
 from twistcore.detection.limb_flips import LimbFlipAnalysis, analyse_limbs
-from twistcore.detection.noise_bursts import NoiseBurst, detected_noise_burst_notes, noise_bursts
+from twistcore.detection.noise_bursts import NoiseBurst, noise_burst_sentences, noise_bursts
 from twistcore.detection.smoothed_spans import (
     SmoothedSpan,
-    detected_smoothed_span_notes,
+    smoothed_span_sentences,
     smoothed_spans,
 )
 from twistcore.detection.soft_errors import unsearched_frames_sentences
@@ -387,13 +387,11 @@ class ClipAnalysis:
         limbs = [c for c in every if not isinstance(c, Helper | Limb)]
         outside = self._of_people(bursts_outside_chains(limbs, self.bursts))
         names = self.motion.skeleton.names
-        yield from (
-            Note(NOISE, text) for text in detected_noise_burst_notes(bursts, outside, names)
-        )
+        yield from (Note(NOISE, text) for text in noise_burst_sentences(bursts, outside, names))
         if said := frozen_spans_sentence(frozen):
             yield Note(FROZEN, said)
         smoothed = self._of_people(smoothed_spans(self.motion))
-        yield from (Note(SMOOTHED, text) for text in detected_smoothed_span_notes(smoothed, names))
+        yield from (Note(SMOOTHED, text) for text in smoothed_span_sentences(smoothed, names))
 
     def _of_people(self, faults: Iterable[SomeFault]) -> list[SomeFault]:
         """Return the faults, excluding those at joints of people who were not chosen."""

@@ -33,7 +33,7 @@ class Source:
     size
         Size in bytes, 0 if unknown.
     signature
-        The file's signature from `clip_task.signature_of`, '' if unknown.
+        The file's signature from `clip_task.file_change_signature`, '' if unknown.
     settled
         True if the signature is reliable, which means that any change to the file changes it.
     """
@@ -79,7 +79,7 @@ def find_input_clips(
     - the URL of a file or folder
 
     In local folders and patterns, files that this program exported from other clips are skipped
-    (see `exported_clips.find_exported_clips`).
+    (see `exported_clips.exclude_previously_exported_clips`).
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from twistcore.cli.output import Voice, print_problem, print_step_duration, use_output_verbosity
+from twistcore.cli.output import Voice, print_problem, print_step_duration, use_output_voice
 from twistcore.cli.parser import make_parser
 from twistcore.errors import TwistError
 from twistcore.files.atomic import is_standard_output
@@ -45,7 +45,7 @@ def _main(argv: Sequence[str], *, alone: bool = False) -> int:
     try:
         with (
             _ended_by_signals(),
-            use_output_verbosity(voice),
+            use_output_voice(voice),
             print_step_duration(arguments.command),
             _detector(arguments),
         ):

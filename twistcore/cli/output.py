@@ -58,7 +58,7 @@ _voices = [_USUAL]  # the last one is used, by all threads, since other threads 
 
 
 @contextlib.contextmanager
-def use_output_verbosity(voice: Voice) -> Iterator[None]:
+def use_output_voice(voice: Voice) -> Iterator[None]:
     """Use `voice` for all output within the context."""
     _voices.append(voice)
     try:

@@ -32,8 +32,8 @@ from twistcore.quamo.state_space import Gains
 from twistcore.quamo.track_clip import (
     check_position_trackable,
     find_figure_position_joint,
-    select_joints_with_rotation_channels,
     select_network_joints,
+    select_writable_joints,
     smooth_captures_with_spline,
     track_with_hand_gains,
     track_with_network,
@@ -68,7 +68,7 @@ def quamo_refine_command(arguments: argparse.Namespace) -> int:
     gains = None if spline else _hand_gains(arguments, motion.frame_time)
     cutoff = arguments.cutoff or default_spline_cutoff(motion.frame_time)
     try:
-        joints = select_joints_with_rotation_channels(motion.skeleton, arguments.joints)
+        joints = select_writable_joints(motion.skeleton, arguments.joints)
         first, placed = count_leading_rest_frames(motion), find_figure_position_joint(motion)
         if arguments.root_position:
             check_position_trackable(motion)
@@ -123,7 +123,7 @@ def _smooth_bursts(arguments: argparse.Namespace, clip: Clip) -> int:
     cutoff = arguments.cutoff or noise_burst_cutoff(motion.frame_time)
     first, names = count_leading_rest_frames(motion), motion.skeleton.names
     try:
-        able = set(select_joints_with_rotation_channels(motion.skeleton, arguments.joints).tolist())
+        able = set(select_writable_joints(motion.skeleton, arguments.joints).tolist())
         spans = tuple(span for span in noise_burst_spans_to_smooth(motion) if span.joint in able)
         made = smooth_noise_burst_spans(motion, spans, cutoff, first=first)
     except TwistError as error:

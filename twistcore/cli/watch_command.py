@@ -20,7 +20,7 @@ from twistcore.cli.output import (
     print_note,
     print_problem,
     print_progress,
-    use_output_verbosity,
+    use_output_voice,
 )
 from twistcore.errors import TwistError
 from twistcore.work.frozen import dataclass
@@ -133,7 +133,7 @@ class _Watch:
         """Process new and changed clips, and update the results. Return True if it ended early."""
         voice = self._voice()
         try:
-            with use_output_verbosity(voice):
+            with use_output_voice(voice):
                 if look.gone:
                     gone = (
                         f"{count_with_noun(len(look.gone), 'clip')} removed, such as "
@@ -160,7 +160,7 @@ class _Watch:
         if self.arguments.once or not later:
             raise error
         voice = self._voice()
-        with use_output_verbosity(voice):
+        with use_output_voice(voice):
             print_problem(" ".join(str(error).splitlines()))
         self.listed |= voice.listed
 

@@ -10,8 +10,8 @@ from twistcore.detection.finding import Found, KindSearch
 from twistcore.detection.frozen_frames import frozen_spans
 from twistcore.detection.interval import Interval, Kind, create_interval_without_offset
 from twistcore.detection.noise_bursts import NoiseBurst, noise_bursts
-from twistcore.skeleton.chain import Chain
-from twistcore.skeleton.joint_owners import chain_limb_name, chain_of_joint
+from twistcore.skeleton.chain import Chain, chain_limb_name
+from twistcore.skeleton.joint_owners import chain_of_joint
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.runs import group_overlapping_spans
 

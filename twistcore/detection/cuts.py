@@ -12,8 +12,8 @@ import numpy as np
 from twistcore.detection.bends import bend_steps
 from twistcore.detection.leading_blend import (
     count_held_frames,
-    count_rest_frames_at_end,
     leading_blend_end,
+    trailing_rest_frames_of_rotations,
 )
 from twistcore.detection.prediction import Mask
 from twistcore.skeleton.medians import medians
@@ -55,7 +55,7 @@ def _cuts(motion: Motion) -> Mask:
     first = count_held_frames(rotations)
     if end := leading_blend_end(rotations[first:], fps):
         cut[first + 1 : first + end + 1] = True
-    if last := count_rest_frames_at_end(rotations, fps):
+    if last := trailing_rest_frames_of_rotations(rotations, fps):
         cut[-last:] = True
     return cut
 
@@ -134,8 +134,8 @@ def count_leading_rest_frames(motion: Motion) -> int:
 
 
 def count_trailing_rest_frames(motion: Motion) -> int:
-    """Return the number of frames at the end of a clip that blend into a rest pose."""
-    return count_rest_frames_at_end(motion.rotations, motion.fps)
+    """Return the number of frames at the end of a clip that repeat a rest pose or blend into it."""
+    return trailing_rest_frames_of_rotations(motion.rotations, motion.fps)
 
 
 def ignored_frames_notes(motion: Motion) -> tuple[str, ...]:

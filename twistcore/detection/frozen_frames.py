@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from twistcore.skeleton.chain import Chain
-from twistcore.skeleton.joint_owners import chain_limb_name
+from twistcore.skeleton.chain import Chain, chain_limb_name
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.notation import without_repeated_frames
 from twistcore.skeleton.runs import runs_of_true

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from twistcore.detection import Interval, Kind
+from twistcore.detection.interval import Interval, Kind
 from twistcore.errors import FormatError
 from twistcore.files.document_values import (
     DEGREES,

@@ -1,10 +1,10 @@
-"""Copies of an interval with other frames or other offsets."""
+"""Constant offsets, and copies of an interval with other frames or another offset."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from twistcore.detection import Interval
+from twistcore.detection.interval import Interval
 from twistcore.skeleton.rotation import Array, wrap
 
 
@@ -23,7 +23,7 @@ def same_offsets(one: Interval, other: Interval) -> bool:
     return frames and np.allclose(one.offset, other.offset, atol=1e-12)
 
 
-def interval_with_given_median_offset(interval: Interval, delta: float) -> Interval:
+def with_offset_of_size(interval: Interval, delta: float) -> Interval:
     """Return the interval with its offset shifted so that the median is `delta`, in radians.
 
     If the error begins and ends gradually, its offset is scaled instead, so that the largest offset

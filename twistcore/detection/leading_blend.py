@@ -50,7 +50,7 @@ def count_held_frames(rotations: Array) -> int:
     return int(moved.argmax()) - 1 if moved.any() else len(rotations) - 1
 
 
-def count_rest_frames_at_end(rotations: Array, fps: float) -> int:
+def trailing_rest_frames_of_rotations(rotations: Array, fps: float) -> int:
     """Return the number of frames at the end of a clip that repeat a rest pose or blend into it.
 
     `rotations` has the shape (frames, joints, 4).

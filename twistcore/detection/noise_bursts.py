@@ -131,7 +131,7 @@ def _changes(turns: Array) -> Array:
     return out
 
 
-def detected_noise_burst_notes(
+def noise_burst_sentences(
     count: int, outside: Iterable[NoiseBurst], names: Sequence[str]
 ) -> tuple[str, ...]:
     """Return the notes about the bursts of noise in a clip.

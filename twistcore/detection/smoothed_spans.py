@@ -93,9 +93,7 @@ def _of_joints(motion: Motion, joints: range, width: int) -> Iterator[SmoothedSp
                 yield SmoothedSpan(joints[k], *span)
 
 
-def detected_smoothed_span_notes(
-    spans: Iterable[SmoothedSpan], names: Sequence[str]
-) -> tuple[str, ...]:
+def smoothed_span_sentences(spans: Iterable[SmoothedSpan], names: Sequence[str]) -> tuple[str, ...]:
     """Return the notes about smoothed spans, which must be sorted by start.
 
     Overlapping spans share a note. The first few notes are returned, followed by a note with the

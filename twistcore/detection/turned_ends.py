@@ -43,7 +43,7 @@ def find_turned_ends(search: KindSearch) -> Found:
     return found
 
 
-def jump_rotations_at_interval_borders(rotations: Array) -> tuple[Array, Array]:
+def jump_rotations_at_edges(rotations: Array) -> tuple[Array, Array]:
     """Return the rotations by which a joint jumps at the start and the end of an interval.
 
     Parameters
@@ -63,10 +63,10 @@ def jump_rotations_at_interval_borders(rotations: Array) -> tuple[Array, Array]:
     return multiply(conjugate(before), first), multiply(conjugate(after), last)
 
 
-def mean_of_interval_border_jumps(turns: tuple[Array, Array]) -> Array:
+def mean_edge_jump(turns: tuple[Array, Array]) -> Array:
     """Return the rotation, (4,), halfway between the rotations at both ends of an interval.
 
-    `turns` are the results of :func:`jump_rotations_at_interval_borders`.
+    `turns` are the results of :func:`jump_rotations_at_edges`.
     """
     return slerp(*turns, 0.5)
 
@@ -101,15 +101,15 @@ def _turned_ends(search: KindSearch) -> Iterator[Interval]:
         if not inside or cut[start] or cut[stop] or end not in owner:
             continue
         edges = motion.rotations[[start - 1, start, stop - 1, stop], end]
-        if _smaller(jump_rotations_at_interval_borders(edges)) < SMALLEST:
+        if _smaller(jump_rotations_at_edges(edges)) < SMALLEST:
             continue  # the captured end does not jump: the flip may be a false alarm
         frames = search.without([flip])
         edges = np.concatenate([frames(at - 1, at + 1).rotations[:, end] for at in (start, stop)])
-        turns = jump_rotations_at_interval_borders(edges)
+        turns = jump_rotations_at_edges(edges)
         apart = float(geodesic_angle(*turns))
         if _smaller(turns) < SMALLEST or apart > APART:
             continue
-        turn = float(geodesic_angle(mean_of_interval_border_jumps(turns), _STILL))
+        turn = float(geodesic_angle(mean_edge_jump(turns), _STILL))
         evidence = {
             "joint": motion.skeleton.names[end],
             "turn_deg": math.degrees(turn),

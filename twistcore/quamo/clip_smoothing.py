@@ -18,7 +18,7 @@ from twistcore.quamo.bursts import (
 from twistcore.quamo.spline import check_spline_cutoff
 from twistcore.quamo.track_clip import (
     TrackedMotion,
-    select_joints_with_rotation_channels,
+    select_writable_joints,
     smooth_captures_with_spline,
 )
 from twistcore.quamo.tracking_settings import Tracking
@@ -35,7 +35,7 @@ def settings_to_smooth_noise_bursts(
     noise.
     """
     names, index = motion.skeleton.names, motion.skeleton.index
-    able = set(select_joints_with_rotation_channels(motion.skeleton, None).tolist())
+    able = set(select_writable_joints(motion.skeleton, None).tolist())
     bursts = {
         (span.joint, span.start, span.stop)
         for span in noise_burst_spans_to_smooth(motion)

@@ -21,8 +21,8 @@ from twistcore.quamo.state_space import Gains
 from twistcore.quamo.track_clip import (
     TrackedMotion,
     check_position_trackable,
-    select_joints_with_rotation_channels,
     select_network_joints,
+    select_writable_joints,
     track_with_hand_gains,
     track_with_network,
 )
@@ -173,7 +173,7 @@ def _tracked(motion: Motion, tracking: Tracking, tell: Tell, *, keep_steps: bool
 def _joints(motion: Motion, tracking: Tracking) -> NDArray[np.int64]:
     if not tracking.joints:  # only the position is tracked
         return np.zeros(0, dtype=np.int64)
-    return select_joints_with_rotation_channels(motion.skeleton, tracking.joints)
+    return select_writable_joints(motion.skeleton, tracking.joints)
 
 
 def _gains(tracking: Tracking, dt: float) -> Gains:

@@ -70,9 +70,7 @@ class TrackedMotion:
     joints: NDArray[np.int64]
 
 
-def select_joints_with_rotation_channels(
-    skeleton: Skeleton, names: Sequence[str] | None
-) -> NDArray[np.int64]:
+def select_writable_joints(skeleton: Skeleton, names: Sequence[str] | None) -> NDArray[np.int64]:
     """Return the indices of the named joints, or of all joints that can be written.
 
     A joint can be written if it has three rotation channels. Raises TwistError if a named joint

@@ -1,4 +1,4 @@
-"""Describe a method of `twistcore quamo refine` and its result in words."""
+"""Describe in words how a clip was tracked or smoothed, and with what result."""
 
 from __future__ import annotations
 

@@ -257,11 +257,11 @@ class ChangeChains(Command):
         stay = {name for name in tau if state.rig.own(name) == self.rig.own(name)}
         kept = []
         for judged in state.intervals:
-            name = judged.interval.chain
-            new = self.moved.get(name)
-            if new in tau and judged.kept and judged.interval.kind.info.whole_body:
-                kept.append(replace(judged, interval=replace(judged.interval, chain=new)))
-            elif name in stay:
+            interval = judged.interval
+            first = self.moved.get(interval.chain, "")
+            if first in tau and judged.kept and interval.kind.info.whole_body:
+                kept.append(replace(judged, interval=replace(interval, chain=first)))
+            elif interval.chain in stay:
                 kept.append(judged)
         state = replace(state, rig=self.rig, tau=tau, chain_order=chain_index_by_name(tau))
         return _redetected(state.with_intervals(kept), self.again, self.found)

@@ -35,7 +35,7 @@ class KindVerdict(NamedTuple):
     by_hand: bool
 
 
-def verdict_on_each_interval(state: ReviewState) -> tuple[KindVerdict, ...]:
+def verdicts_with_kinds(state: ReviewState) -> tuple[KindVerdict, ...]:
     """Return a verdict for each interval of a review.
 
     Automatic corrections, and intervals that a person accepted in bulk, are undecided, because no

@@ -346,3 +346,12 @@ def bone_direction(motion: Motion, joint: int, warnings: list[str]) -> Array | N
         return mean
     warnings.append(f"{skeleton.names[joint]}: the bone's direction varies by more than 1°.")
     return directions
+
+
+def chain_limb_name(chain: Chain) -> str:
+    """Return the name of a chain's limb, such as 'left arm', or '' for a chain in the trunk."""
+    if not chain.side:
+        return ""
+    kind = "leg" if chain.segment in ("UpLeg", "Leg") else "arm"
+    whose = f" of {chain.person}" if chain.person else ""
+    return f"{chain.side.lower()} {kind}{whose}"

@@ -1,4 +1,4 @@
-"""The chain to which each joint belongs, and the joints outside all chains."""
+"""The chain to which each joint belongs, and the joints below a joint, a hand or a foot."""
 
 from __future__ import annotations
 
@@ -80,12 +80,3 @@ def joints_below_hands_and_feet(skeleton: Skeleton, chains: Sequence[Chain]) -> 
         if above in last or above in small:
             small.add(joint)
     return small
-
-
-def chain_limb_name(chain: Chain) -> str:
-    """Return the name of a chain's limb, such as 'left arm', or '' for a chain in the trunk."""
-    if not chain.side:
-        return ""
-    kind = "leg" if chain.segment in ("UpLeg", "Leg") else "arm"
-    whose = f" of {chain.person}" if chain.person else ""
-    return f"{chain.side.lower()} {kind}{whose}"

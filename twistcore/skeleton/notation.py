@@ -35,7 +35,7 @@ SAMPLE = 1024  # number of frames in the middle of a clip that are examined
 HELD_SHARE, HELD_ALIKE = 0.4, 0.9
 STILL = 3.0  # in a run longer than this multiple of the usual length, the figure is still
 FEWEST_HELD, FEWEST_KEYS = 8, 6  # minimum number of runs and of keys that form a pattern
-USUAL = 0.35  # quantile over the periods of n frames; see linear_keys
+USUAL = 0.35  # quantile over the periods of n frames; see find_keys_of_linear_motion
 MOVES = 0.05  # share of the usual change of speed; below it, the figure is still
 # Limits of the spacing of keys, in frames. With a smaller spacing, the speed changes in most
 # frames, as in natural motion, and there are too few frames between two keys to recognise a jump

@@ -39,7 +39,7 @@ def twist_since_previous_frame(rotations: Array, axis: Array) -> Array:
     return out
 
 
-def world_rotations_about_own_axis(motion: Motion, joint: int) -> Array:
+def world_turns_about_own_bone(motion: Motion, joint: int) -> Array:
     """Return the rotations of a joint about its own axis in world space, in radians, (frames,).
 
     Each angle is relative to the previous frame. For a joint without an axis, all angles are 0.

@@ -28,7 +28,7 @@ from twistcore.errors import TwistError
 from twistcore.formats.clip import Clip
 from twistcore.formats.reading import read_clip
 from twistcore.review import Decision, Judged, ReviewState, Session, read_session
-from twistcore.review.kind_verdicts import KindVerdict, verdict_on_each_interval
+from twistcore.review.kind_verdicts import KindVerdict, verdicts_with_kinds
 from twistcore.review.left_out import joined_spans
 from twistcore.review.model import APPLIED
 from twistcore.skeleton.chain import uncorrectable_joints
@@ -157,7 +157,7 @@ def judged_clip_from_review(
         reviewed,
         tuple(verdicts),
         shares,
-        verdict_on_each_interval(state),
+        verdicts_with_kinds(state),
     )
 
 

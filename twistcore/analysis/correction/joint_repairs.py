@@ -14,8 +14,8 @@ import numpy as np
 
 from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.turned_ends import (
-    jump_rotations_at_interval_borders,
-    mean_of_interval_border_jumps,
+    jump_rotations_at_edges,
+    mean_edge_jump,
 )
 from twistcore.errors import TwistError
 from twistcore.skeleton.motion import Motion, Skeleton
@@ -207,9 +207,7 @@ def undo_constant_rotation(motion: Motion, intervals: Sequence[Interval]) -> Mot
             if not (start > 0 and stop < motion.frames):
                 continue
             edges = motion.rotations[[start - 1, start, stop - 1, stop], joint]
-            back = conjugate(
-                mean_of_interval_border_jumps(jump_rotations_at_interval_borders(edges))
-            )
+            back = conjugate(mean_edge_jump(jump_rotations_at_edges(edges)))
             at = start + np.flatnonzero(interval.offset)
             rotations[at, joint] = normalise(multiply(rotations[at, joint], back))
     return motion.with_rotations(rotations)

@@ -221,8 +221,8 @@ class ConsistencyAnalysis:
         Mask of the frames that do not continue the motion of the previous frame, shape (frames,).
         It includes frame 0.
     own_twist
-        The result of :func:`pieces.own_twist` for each chain whose child is a piece of the same
-        bone, keyed by chain name.
+        The result of :func:`detrended_twist_increments` for each chain whose child is a piece of
+        the same bone, keyed by chain name.
     witnesses
         The signals with which the intervals of a chain are judged, keyed by chain name.
     """

@@ -26,7 +26,7 @@ from twistcore.detection.consistency.pieces import detrended_twist_increments
 from twistcore.detection.counter_twist.counter_rotation import CounterRotation, counter_rotation
 from twistcore.detection.counter_twist.edges import find_interval_edges_and_steps
 from twistcore.detection.counter_twist.pairing import (
-    interval_edge_pair_gains,
+    edge_pair_table,
     running_counter_rotation_sums,
 )
 from twistcore.detection.cuts import find_cuts, segments_between
@@ -389,7 +389,7 @@ def find_jumps(
         tell(1.0)
         edges, step = find_interval_edges_and_steps(counter, row)
         sums = running_counter_rotation_sums(counter, row, step)
-        tables = tuple(interval_edge_pair_gains(edges, sums, low, high) for low, high in segments)
+        tables = tuple(edge_pair_table(edges, sums, low, high) for low, high in segments)
         out.append(Jumps(counter, row, edges, step, tables, automatic_tau(counter, row), fps))
     return out
 

@@ -172,7 +172,7 @@ def running_counter_rotation_sums(counter: CounterRotation, chain: int, step: Ma
     return np.concatenate([np.zeros((4, 1)), sums], axis=1)
 
 
-def interval_edge_pair_gains(edges: Edges, sums: Array, low: int, high: int) -> PairTable:
+def edge_pair_table(edges: Edges, sums: Array, low: int, high: int) -> PairTable:
     """Return the gains of all pairs of edges in the segment [low, high).
 
     `sums` is the result of :func:`running_counter_rotation_sums` for the chain.

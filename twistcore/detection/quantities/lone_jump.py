@@ -10,7 +10,7 @@ from twistcore.detection.finding import KindSearch
 from twistcore.detection.interval import Interval
 from twistcore.detection.lone_jumps import largest_natural_turn
 from twistcore.detection.quantity import OwnFrames, Quantity
-from twistcore.skeleton.own_axis import world_rotations_about_own_axis
+from twistcore.skeleton.own_axis import world_turns_about_own_bone
 
 
 def turn_about_axis(search: KindSearch, interval: Interval) -> Quantity:
@@ -22,7 +22,7 @@ def turn_about_axis(search: KindSearch, interval: Interval) -> Quantity:
     most = math.copysign(math.degrees(largest_natural_turn(own.motion.fps)), interval.residual)
     return Quantity(
         f"Roll of {interval.joint} per frame",
-        own.examined(np.degrees(world_rotations_about_own_axis(own.motion, joint)), interval),
+        own.examined(np.degrees(world_turns_about_own_bone(own.motion, joint)), interval),
         own.level(most),
         math.degrees(interval.size),
     )

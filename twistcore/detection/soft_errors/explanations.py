@@ -16,10 +16,10 @@ from twistcore.detection.soft_errors.soft_error import SEEN, SoftError
 from twistcore.detection.soft_errors.softened_level import (
     KERNELS,
     Level,
-    fit_gradual_error_shapes,
-    gradual_error_curves,
-    guess_gradual_error_shape,
+    fit_softened_levels,
+    guess_softened_level,
     linear_unit_ramp,
+    softened_level_curves,
 )
 from twistcore.detection.soft_errors.surprise import SMALLEST, Surprise
 from twistcore.skeleton.rotation import Array
@@ -197,14 +197,10 @@ class Explanations:
         near, place, low = self._departures, self._place, self._low
         self._surprise.work += LEVELS * (TO_BEGIN + near.u.size)
         rivals = [free] if ratio >= FREE_AT else []
-        starts = [
-            (s, ratio / CLOSE) for s in (guess_gradual_error_shape(free.offset),) if s is not None
-        ]
+        starts = [(s, ratio / CLOSE) for s in (guess_softened_level(free.offset),) if s is not None]
         starts += _likely_levels(near, place.length, place.middle - low)
         every = [(start, kernel, coarsest) for start, coarsest in starts for kernel in KERNELS]
-        for shape, left in fit_gradual_error_shapes(
-            every, near.frames, near.departures, near.residuals
-        ):
+        for shape, left in fit_softened_levels(every, near.frames, near.departures, near.residuals):
             rivals.append(Tried(left + LEVEL_PRICE, shape, 0.5 * free.sigma))
             at = low + np.flatnonzero(np.abs(shape) > SEEN)
             if ratio >= FREE_AT and len(at):
@@ -264,7 +260,7 @@ def _likely_levels(near: LocalDepartures, length: int, middle: int) -> list[tupl
     levels = levels[(start > 0.0) & (start + n < near.frames)]
     if not len(levels):
         return []
-    courses = gradual_error_curves(levels, linear_unit_ramp, near.frames)
+    courses = softened_level_curves(levels, linear_unit_ramp, near.frames)
     long = near.longer(AS_LONG * length)
     departures = long.departures(courses)
     found = []

@@ -176,7 +176,8 @@ class LocalDepartures:
 def _costs(square: Single) -> Single:
     """Return the costs of departures as natural motion, in nats, from squared, scaled departures.
 
-    `square` contains the squares of q = z / √(ν + 1). See :func:`natural_scale.cost`.
+    `square` contains the squares of q = z / √(ν + 1). See
+    :func:`natural_twist_departure_cost`.
     """
     costs: Single = np.log1p(square)
     costs *= HALF

@@ -48,7 +48,7 @@ FARTHER, FARTHEST, AS_MUCH, OUT_OF_STEP = 1.12, 1.0 / 0.3, 0.05, 0.1
 BESIDE = 8  # minimum number of frames on either side that show P's natural motion
 
 
-def accumulated_twist_if_twist_free(increments: Array, other: Array, cut: Mask) -> Array | None:
+def accumulated_twist_if_silent(increments: Array, other: Array, cut: Mask) -> Array | None:
     """Return a joint's accumulated twist relative to its usual value, or None if it is not silent.
 
     The accumulated twist is called the joint's level. Its change across a cut is unknown, so the
@@ -86,7 +86,7 @@ def accumulated_twist_if_twist_free(increments: Array, other: Array, cut: Mask) 
     return level if standing >= LEAST_STANDING * len(level) else None
 
 
-def find_twist_free_joints(surprise: Surprise) -> dict[int, int]:
+def find_silent_joints(surprise: Surprise) -> dict[int, int]:
     """Return which joint of each chain is silent, so that it never twists naturally.
 
     The keys are the rows of the chains. The value is 1 if the parent is silent, and −1 if the child
@@ -100,7 +100,7 @@ def find_twist_free_joints(surprise: Surprise) -> dict[int, int]:
     still: dict[tuple[int, int], float] = {}
     for row in range(surprise.rows):
         for side, own, other in _both_ways(surprise, row):
-            if accumulated_twist_if_twist_free(own, other, surprise.cut) is not None:
+            if accumulated_twist_if_silent(own, other, surprise.cut) is not None:
                 still[row, side] = float((np.abs(own) < STILL).mean())
     answered = {at for at in still if _answered(*_both_ways(surprise, at[0])[at[1] < 0][1:])}
     found: dict[int, int] = {}
@@ -137,7 +137,7 @@ def _answered(own: Array, other: Array) -> bool:
     return bool(np.abs(own + other)[turns].sum() <= ANSWERED * np.abs(other)[turns].sum())
 
 
-def twist_free_joint_error_angles(surprise: Surprise, row: int, side: int) -> Array | None:
+def silent_joint_error_angles(surprise: Surprise, row: int, side: int) -> Array | None:
     """Return the twist error that a chain's silent joint shows in each frame, radians, (frames,).
 
     `side` is 1 if the parent is the silent joint, and −1 if the child is. The result is None if
@@ -145,17 +145,17 @@ def twist_free_joint_error_angles(surprise: Surprise, row: int, side: int) -> Ar
     """
     x, y = surprise.x[row], surprise.y[row]
     level = (
-        accumulated_twist_if_twist_free(x, y, surprise.cut)
+        accumulated_twist_if_silent(x, y, surprise.cut)
         if side > 0
-        else accumulated_twist_if_twist_free(y, x, surprise.cut)
+        else accumulated_twist_if_silent(y, x, surprise.cut)
     )
     return None if level is None else side * level
 
 
-def extract_twist_free_joint_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
+def extract_silent_joint_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
     """Find and remove the errors that the silent joints of a limb show, one at a time.
 
-    `sides` is the result of :func:`find_twist_free_joints` for the rows of the limb. If several
+    `sides` is the result of :func:`find_silent_joints` for the rows of the limb. If several
     silent joints twist in the same frames, a single error may be the cause. The error whose removal
     leaves the least twist in the silent joints is therefore removed first.
     """
@@ -164,10 +164,10 @@ def extract_twist_free_joint_errors(surprise: Surprise, sides: dict[int, int]) -
     for _ in range(MOST):
         rivals = []
         for row, side in sides.items():
-            level = twist_free_joint_error_angles(surprise, row, side)
+            level = silent_joint_error_angles(surprise, row, side)
             if level is None:
                 continue
-            for start, stop in twist_free_joint_error_ranges(
+            for start, stop in silent_joint_error_ranges(
                 np.where(done[row], 0.0, level), surprise.cut
             ):
                 farther = _farther(surprise, row, start, stop) if side < 0 else 1.0
@@ -269,7 +269,7 @@ def _remove(surprise: Surprise, error: SoftError) -> None:
     surprise.update_departures(error.row, error.start, error.stop)
 
 
-def twist_free_joint_error_ranges(level: Array, cut: Mask) -> list[tuple[int, int]]:
+def silent_joint_error_ranges(level: Array, cut: Mask) -> list[tuple[int, int]]:
     """Return the frame ranges [start, stop) in which a silent joint shows an error.
 
     `level` is the joint's accumulated twist relative to its usual value, in radians, (frames,). A

@@ -16,16 +16,16 @@ from twistcore.detection.prediction import Mask
 from twistcore.detection.soft_errors.natural_scale import unnaturally_large_twist_increments
 from twistcore.detection.soft_errors.silent_joints import (
     STANDS,
-    extract_twist_free_joint_errors,
-    find_twist_free_joints,
-    twist_free_joint_error_angles,
-    twist_free_joint_error_ranges,
+    extract_silent_joint_errors,
+    find_silent_joints,
+    silent_joint_error_angles,
+    silent_joint_error_ranges,
 )
 from twistcore.detection.soft_errors.soft_error import SoftError, mark_error_if_unsure
 from twistcore.detection.soft_errors.soft_search import (
     SEED,
     Search,
-    search_soft_errors_within_budget,
+    explain_seeds_within_budget,
     twist_departure_costs_per_span,
 )
 from twistcore.detection.soft_errors.surprise import Surprise
@@ -126,21 +126,21 @@ def search_soft_errors(
     # may be the error.
     straight = {k.row % limbs.count for k in known if k.firm}
     as_captured = {
-        r: s for r, s in find_twist_free_joints(surprise).items() if r % limbs.count not in straight
+        r: s for r, s in find_silent_joints(surprise).items() if r % limbs.count not in straight
     }
     for k in known:
         surprise.remove_error(k.row, k.start, k.offset)
     if known:
         _refresh(surprise)
-    sides = as_captured | find_twist_free_joints(surprise)
+    sides = as_captured | find_silent_joints(surprise)
     lively = np.array([r not in sides for r in range(surprise.rows)])
     unnatural = np.zeros((surprise.rows, surprise.frames), dtype=bool)
     for row, side in sides.items():
-        level = twist_free_joint_error_angles(surprise, row, side)
+        level = silent_joint_error_angles(surprise, row, side)
         if level is None:
             unnatural[row] = True
             continue
-        for start, stop in twist_free_joint_error_ranges(level, cut):
+        for start, stop in silent_joint_error_ranges(level, cut):
             unnatural[row, start:stop] = True
         for k in known if row % limbs.count not in straight else ():
             # A silent joint shows errors to a tenth of a degree, so an interval must be that exact.
@@ -167,14 +167,14 @@ def search_soft_errors(
     found: list[SoftError] = []
     limbs_left = sorted({r % limbs.count for r in np.flatnonzero(unnatural.any(axis=1)).tolist()})
     for i in limbs_left:
-        found += extract_twist_free_joint_errors(
+        found += extract_silent_joint_errors(
             surprise, {r: sides[r] for r in surprise.limb(i) if r in sides}
         )
     # A known interval is replaced if the silent joint of its chain is now still in its frames.
     standing = {
         r: v
         for r, s in sides.items()
-        if (v := twist_free_joint_error_angles(surprise, r, s)) is not None
+        if (v := silent_joint_error_angles(surprise, r, s)) is not None
     }
     replaced = [
         k
@@ -297,7 +297,7 @@ def _lively_errors(
         share = surprise.budget / ROUNDS
         if turn + 1 == ROUNDS:
             share = surprise.budget - surprise.work
-        search_soft_errors_within_budget(list(searches.values()), surprise, share)
+        explain_seeds_within_budget(list(searches.values()), surprise, share)
         found = [f for s in searches.values() for f in s.found]
         left[:] = False
         for i, s in searches.items():

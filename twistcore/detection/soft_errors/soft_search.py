@@ -40,7 +40,7 @@ def twist_departure_costs_per_span(surprise: Surprise, k: int, rows: Index) -> A
     return np.asarray(gain)
 
 
-def search_soft_errors_within_budget(
+def explain_seeds_within_budget(
     searches: Sequence[Search], surprise: Surprise, budget: float
 ) -> bool:
     """Explain the seeds of several limbs, strongest first. Return True if all seeds were examined.

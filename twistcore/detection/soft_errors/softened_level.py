@@ -80,7 +80,7 @@ def butterworth_filtered_unit_step(t: Array) -> Array:
 KERNELS: tuple[Kernel, ...] = (linear_unit_ramp, butterworth_filtered_unit_step)
 
 
-def gradual_error_curves(levels: Array, kernel: Kernel, frames: int) -> Array:
+def softened_level_curves(levels: Array, kernel: Kernel, frames: int) -> Array:
     """Return the values of n softened levels in each frame, in radians, (n, frames).
 
     `levels` contains the four numbers of each :class:`Level`, shape (n, 4), and `kernel` is the
@@ -92,7 +92,7 @@ def gradual_error_curves(levels: Array, kernel: Kernel, frames: int) -> Array:
     return np.asarray(size * (rises - falls))
 
 
-def guess_gradual_error_shape(offset: Array) -> Level | None:
+def guess_softened_level(offset: Array) -> Level | None:
     """Return a softened level that resembles an offset, or None if the offset is 0 or short.
 
     `offset` is in radians, shape (frames,).
@@ -107,7 +107,7 @@ def guess_gradual_error_shape(offset: Array) -> Level | None:
     return Level(float(offset[top]), half[0] - 0.5, half[-1] + 0.5, max(width, 2.0))
 
 
-def fit_gradual_error_shapes(
+def fit_softened_levels(
     starts: Sequence[tuple[Level, Kernel, float]],
     frames: int,
     departures: Departures,
@@ -222,7 +222,7 @@ def _courses(numbers: Array, of: Sequence[_Descent], frames: int) -> Array:
     kernels = [d.kernel for d in of]
     for kernel in dict.fromkeys(kernels):
         at = [k for k, own in enumerate(kernels) if own is kernel]
-        out[at] = gradual_error_curves(numbers[at] * _AT, kernel, frames)
+        out[at] = softened_level_curves(numbers[at] * _AT, kernel, frames)
     return out
 
 

@@ -13,7 +13,7 @@ from twistcore.detection.counter_twist.offsets import interval_twist_errors_over
 from twistcore.detection.counter_twist.pairing import (
     PairTable,
     best_edge_pairs,
-    interval_edge_pair_gains,
+    edge_pair_table,
     running_counter_rotation_sums,
 )
 from twistcore.detection.limbs import Limbs
@@ -112,9 +112,7 @@ class Jumps:
         """Return a copy without edges that have a peak in the frames of a mask, (frames,)."""
         edges = self.edges[~peaks[self.edges.peak]]
         sums = running_counter_rotation_sums(self.counter, self.row, self.step)
-        tables = tuple(
-            interval_edge_pair_gains(edges, sums, table.low, table.high) for table in self.tables
-        )
+        tables = tuple(edge_pair_table(edges, sums, table.low, table.high) for table in self.tables)
         return replace(self, edges=edges, tables=tables)
 
     def offset(self) -> Array:

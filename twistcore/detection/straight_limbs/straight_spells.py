@@ -238,7 +238,7 @@ def unexplained_opposite_rotation(
     increments
         The twist increments of parent and child, radians.
     scales
-        The scales of both increments, from :func:`scale_of`.
+        The scales of both increments, from :func:`twist_increment_change_scale`.
     delta
         The twist error δ in all frames, radians, shape (frames,).
     spell

@@ -127,7 +127,7 @@ class Archive:
                 f"{self.path}: expected numbers in {quoted_word(name)}, found objects, which "
                 "cannot be unpacked without running code"
             )
-        if _NUMBER * values.size > npz_unpack_limit_in_bytes(len(self.data)):
+        if _NUMBER * values.size > unpack_limit_in_bytes(len(self.data)):
             raise _too_much(self.path, _NUMBER * values.size, len(self.data))
         return raw[:start], values, by_column
 
@@ -194,7 +194,7 @@ def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> No
     """Raise NpzError unless all members can be read, do not overlap and have plausible sizes.
 
     Nothing is unpacked. The sum of the declared sizes is limited by
-    :func:`npz_unpack_limit_in_bytes`, and a member is never read beyond its declared size. `size`
+    :func:`unpack_limit_in_bytes`, and a member is never read beyond its declared size. `size`
     is the size of the file in bytes.
     """
     if len({info.filename.removesuffix(_NPY) for info in infos}) < len(infos):
@@ -206,7 +206,7 @@ def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> No
             f"{path}: expected arrays that are stored or deflated, as numpy writes them, "
             f"but {quoted_word(odd[0].filename)} is compressed differently"
         )
-    if (total := sum(info.file_size for info in infos)) > npz_unpack_limit_in_bytes(size):
+    if (total := sum(info.file_size for info in infos)) > unpack_limit_in_bytes(size):
         raise _too_much(path, total, size)
     stop = 0
     for info in sorted(infos, key=lambda info: info.header_offset):
@@ -215,7 +215,7 @@ def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> No
         stop = info.header_offset + _HEADER + info.compress_size
 
 
-def npz_unpack_limit_in_bytes(size: int) -> int:
+def unpack_limit_in_bytes(size: int) -> int:
     """Return how many bytes may be unpacked from a file of `size` bytes."""
     return min(LARGEST, _FREE + _RATIO * size)
 
@@ -256,7 +256,7 @@ def check_array_shape_fits_file(shape: Sequence[int], size: int) -> None:
 
 
 def _too_much(path: Path, found: int, size: int) -> NpzError:
-    most, found = npz_unpack_limit_in_bytes(size) >> 20, found >> 20
+    most, found = unpack_limit_in_bytes(size) >> 20, found >> 20
     return NpzError(
         f"{path}: expected at most {most} MiB of arrays in a file of this size, found {found} MiB"
     )

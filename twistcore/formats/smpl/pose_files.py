@@ -16,8 +16,8 @@ from twistcore.files.ordinary import read_file
 from twistcore.formats.npz.archive import (
     LARGEST,
     npy_header,
-    npz_unpack_limit_in_bytes,
     open_archive,
+    unpack_limit_in_bytes,
 )
 from twistcore.formats.npz.pickled_arrays import LimitError, Unreadable, read_pickle
 
@@ -112,7 +112,7 @@ def _decompressed(path: Path, data: bytes) -> bytes:
     for start, make in _COMPRESSED:
         if data.startswith(start):
             reader = make()
-            most = npz_unpack_limit_in_bytes(len(data))
+            most = unpack_limit_in_bytes(len(data))
             out: bytes = reader.decompress(data, most)
             if not reader.eof:
                 if len(out) >= most:
