@@ -165,6 +165,7 @@ def test_a_decided_error_of_the_whole_body_moves_to_the_new_first_chain():
     assert after(new, (lost,), {ARM: "New"}) == {
         ("New", 20, True, False), ("New", 0, False, True), leg,
     }  # fmt: skip
+    assert after(new, (), {ARM: "New"}) == {("New", 20, True, True), leg}
     # As in earlier journals, nothing moves unless the command says so.
     assert after({LEG: 0.2}) == {leg}
     assert after({}, (), {ARM: "New"}) == set()
