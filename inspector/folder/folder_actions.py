@@ -85,7 +85,7 @@ class FolderActions:
                 "This report can only be written for a folder made by `twistcore batch`. Run "
                 "`twistcore batch FOLDER -o OUTDIR --report`, then open OUTDIR."
             )
-            self.bar.show_message(message, False)
+            self.bar.show_message(message, True)
             return
         if self._report is not None:
             self.bar.show_message(tr("The report is already being written."), False)

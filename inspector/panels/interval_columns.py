@@ -111,12 +111,18 @@ def columns_that_fit(
     def rest() -> int:
         return room - sum(widths[name] for name in shown if name != _ALWAYS)
 
+    spared = []
     for name in _SPARED_LOW if low else _SPARED:
         if rest() < widths[_ALWAYS] and name in shown:
             shown.remove(name)
-    if "note" not in shown and rest() >= widths[_ALWAYS] + _NOTE:
+            spared.append(name)
+    for name in reversed(spared):  # a narrow column may fit where a wide one did not
+        if rest() - widths[name] >= widths[_ALWAYS]:
+            shown.append(name)
+            spared.remove(name)
+    if "note" not in shown and not spared and rest() >= widths[_ALWAYS] + _NOTE:
         shown.append("note")
-    return shown
+    return sorted(shown, key=PLACE.__getitem__)
 
 
 class IntervalColumns(QObject):

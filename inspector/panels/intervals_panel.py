@@ -99,7 +99,7 @@ class IntervalsPanel(QWidget):
         self.table.resized.connect(self._span_names)  # after the columns have their new widths
         document.opened.connect(self._take_clip)
         document.intervals_changed.connect(self._refresh)
-        document.chains_changed.connect(self._forget_names)
+        document.chains_changed.connect(self._take_chains)
         document.numbering_changed.connect(self._model.redraw)
         document.order_changed.connect(self._refresh)
         for other in (self._model.redraw, self._refresh):
@@ -199,8 +199,12 @@ class IntervalsPanel(QWidget):
         self._measured.clear()
 
     def _take_clip(self) -> None:
-        self._forget_names()
         self._groups.forget()
+        self._take_chains()
+
+    def _take_chains(self) -> None:
+        """Measure the columns again for the intervals of other chains."""
+        self._forget_names()
         self._marks.clear()
         self._with_text -= {"confidence", "kind", "end", "note"}
         self._refresh()

@@ -131,11 +131,14 @@ class TaughtFrame(QObject):
     def interval(self) -> Judged | None:
         """The selected interval if it contains the current frame, or None.
 
-        The result is also None if the user has edited the frame.
+        The result is also None if the user has edited the frame, or if the interval's offset is
+        not a twist of the parent, as in a stretch.
         """
         judged, frame = self.document.interval, self.document.frame
         altered_too = replace(self.what_if, applied=0.0).changes
         if judged is None or altered_too or judged.interval.chain != self.document.chain:
+            return None
+        if not judged.interval.repairable:
             return None
         return judged if judged.interval.start <= frame < judged.interval.stop else None
 

@@ -182,6 +182,8 @@ class WhatIfBox(QWidget):
         numbers = self._taught.numbers if self._taught.active else None
         self.setEnabled(numbers is not None)
         if numbers is None:
+            if self._taught.active:
+                self._clear()
             return
         what_if, before = self._taught.what_if, numbers.correction.before
         values = {
@@ -211,3 +213,12 @@ class WhatIfBox(QWidget):
             self._role = role
             self.words.setText(text)
             self.words.setStyleSheet(f"color: {getattr(self._colours.theme, role)}")
+
+    def _clear(self) -> None:
+        """Show no values and no sentence, because no chain is selected."""
+        for name, slider in self.sliders.items():
+            with QSignalBlocker(slider):
+                slider.setValue(0)
+            self.numbers[name].setText("")
+            slider.set_spoken("")
+        self.words.setText("")

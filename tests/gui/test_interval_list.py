@@ -142,6 +142,19 @@ def cut(table):
     ]
 
 
+def test_the_columns_are_those_of_before_when_a_removed_chain_comes_back(qtbot, panel):
+    def columns():
+        return [c.id for c in COLUMNS if not panel.table.isColumnHidden(PLACE[c.id])]
+
+    document, before = panel.document, columns()
+    rig = document.review.state.rig
+    document.change_chains(rig.without("LeftForeArm"), "Remove")
+    qtbot.waitUntil(lambda: document.review.state.rig != rig)
+    document.undo()
+    qtbot.waitUntil(lambda: document.review.state.rig == rig)
+    assert columns() == before
+
+
 @pytest.mark.parametrize("width", [340, 400, 479, 545, 700, 1200])
 def test_nothing_is_cut_whatever_the_decision_says(panel, width):
     document = panel.document

@@ -322,3 +322,15 @@ def test_tool_tips_have_the_whole_names(kick):
     for row in range(chains.rowCount()):
         index = chains.index(row, 0)
         assert index.data() in index.data(Qt.ItemDataRole.ToolTipRole)
+
+
+def test_a_narrow_column_takes_the_room_that_a_wide_one_leaves():
+    widths = {column.id: 60 for column in COLUMNS} | {"chain": 150, "kind": 160}
+    filled = {"chain", "decision", "start", "stop", "delta", "kind"}
+    room = 4 * 60 + 150
+    assert columns_that_fit(widths, filled, room) == ["chain", "decision", "start", "stop", "delta"]
+    # No empty column for notes while another column is hidden.
+    wide = columns_that_fit(widths, filled, room + 159)
+    assert wide == ["chain", "decision", "start", "delta", "kind"]
+    assert columns_that_fit(widths, filled, room + 160)[-1] == "kind"
+    assert columns_that_fit(widths, filled, room + 160 + 60)[-2:] == ["kind", "note"]

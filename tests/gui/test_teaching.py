@@ -4,6 +4,7 @@ import os
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +32,9 @@ from tests.gui.other_fonts import other_font
 from tests.gui.pictures import grabbed, near
 from tests.gui.windows import act
 from twistcore.analysis.decomposition import WhatIf, decompose, twist_times_swing_factors
+from twistcore.detection import Kind
+from twistcore.detection.interval_offsets import new_constant_offset_interval
+from twistcore.review import Insert
 from twistcore.skeleton.rotation import (
     multiply,
     quaternion_from_euler,
@@ -414,6 +418,34 @@ def test_apply_goes_from_wrong_to_right(qtbot, taught):
     assert "interval" not in values["taken"].text()
     box.reset.click()
     assert box.sliders["applied"].value() == 0
+
+
+def test_the_offset_of_an_error_that_is_no_twist_is_not_taken_off(taught):
+    document, chain = taught.document, "LeftForeArm"
+    offset = new_constant_offset_interval(chain, 100, 120, np.radians(80.0))
+    document.select_chain(chain)
+    for kind, own in ((Kind.COUNTER_TWIST, True), (Kind.LONE_JUMP, False)):
+        document.do(Insert(replace(offset, kind=kind)))
+        document.select_interval(max(j.id for j in document.intervals))
+        document.go_to(110)
+        assert document.interval.interval.kind == kind
+        assert taught.taught.numbers.own is own
+        document.undo()
+
+
+def test_a_limb_has_no_values_and_no_sentence(qtbot, taught):
+    document, box = taught.document, taught.teaching.what_if
+    document.select_chain("LeftForeArm")
+    box.sliders["applied"].setValue(50)
+    assert box.words.text()
+    document.select_chain(document.data.analysis.limbs[0].name)
+    assert taught.taught.numbers is None
+    assert not box.isEnabled()
+    assert not box.words.text()
+    assert {number.text() for number in box.numbers.values()} == {""}
+    document.select_chain("LeftForeArm")
+    assert box.words.text()
+    assert all(number.text() for number in box.numbers.values())
 
 
 def test_undefined_is_said_and_no_number(taught):
