@@ -74,11 +74,11 @@ def report(title: str, fit: Sequence[Reviewed], test: Sequence[Reviewed]) -> Non
             whole = verdicts_with_confidence(sampled(test, kinds, rng, None, mistaken))
             size = len(whole)
             for judged in (whole, *(drawn_clips(whole, rng) for _ in range(5))):
-                told = found.of(judged.confidence)
+                stated = found.of(judged.confidence)
                 errors = (
                     confidence_reliability_by_bin(judged.confidence, judged.accepted).error,
-                    confidence_reliability_by_bin(told, judged.accepted).error,
-                    confidence_reliability_by_bin(told, rng.random(len(told)) < told).error,
+                    confidence_reliability_by_bin(stated, judged.accepted).error,
+                    confidence_reliability_by_bin(stated, rng.random(len(stated)) < stated).error,
                 )
                 rows.append((*errors, judged is whole))
         table = np.array(rows)

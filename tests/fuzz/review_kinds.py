@@ -110,8 +110,8 @@ def _sessions() -> tuple[dict[str, Any], ...]:
 
 @cache
 def _lines() -> tuple[dict[str, Any], ...]:
-    told = [review_command_to_json(command) for command in commands()]
-    return (*told[:4], dict(UNDO), dict(REDO), *told[4:], {"session": _sessions()[3]})
+    lines = [review_command_to_json(command) for command in commands()]
+    return (*lines[:4], dict(UNDO), dict(REDO), *lines[4:], {"session": _sessions()[3]})
 
 
 def _session(rng: random.Random) -> dict[str, bytes]:

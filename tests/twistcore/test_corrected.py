@@ -69,11 +69,11 @@ def check_all(analysis, chosen):
     corrected.take(chosen)
     refined = refine(analysis.motion, analysis.chains_and_limbs, chosen)
     for chain in analysis.chains:
-        told, true = corrected.angles(chain), twist_signals(refined, chain)
+        predicted, true = corrected.angles(chain), twist_signals(refined, chain)
         for name in ("theta_p", "theta_c", "dtheta_p", "dtheta_c"):
-            off = wrap(getattr(told, name) - getattr(true, name))
+            off = wrap(getattr(predicted, name) - getattr(true, name))
             assert np.abs(off).max() < 1e-7, (chain.name, name)
-        assert told.dtheta_p[0] == told.dtheta_c[0] == 0.0
+        assert predicted.dtheta_p[0] == predicted.dtheta_c[0] == 0.0
     rotations, positions = forward_kinematics(refined)
     for frame in (0, 2, 22, 37, 59):
         turned, there = corrected.pose(frame)

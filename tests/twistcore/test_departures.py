@@ -107,11 +107,11 @@ def test_scales_grow_with_the_span_and_frames_told_bad_have_no_say():
     jolted[0, 150:160] += np.radians(8.0)
     bad = nowhere.copy()
     bad[0, 150:160] = True
-    told = natural_twist_departure_scales(jolted, y, FPS, every, bad)
+    found = natural_twist_departure_scales(jolted, y, FPS, every, bad)
     untold = natural_twist_departure_scales(jolted, y, FPS, every, nowhere)
-    assert float(np.median(told[2].sigma[1])) < 1.3 * middle[2]
-    at = np.abs(every[2].step * np.arange(told[2].sigma.shape[-1]) - 150) < 20
-    assert untold[2].sigma[1, 0, at].mean() > 1.05 * told[2].sigma[1, 0, at].mean()
+    assert float(np.median(found[2].sigma[1])) < 1.3 * middle[2]
+    at = np.abs(every[2].step * np.arange(found[2].sigma.shape[-1]) - 150) < 20
+    assert untold[2].sigma[1, 0, at].mean() > 1.05 * found[2].sigma[1, 0, at].mean()
 
 
 # Softened levels

@@ -100,7 +100,7 @@ def test_a_flip_is_proposed_anywhere(analysed_kick):
 
 
 def test_the_swivel_after_correction_is_that_of_the_corrected_motion(analysed_kick):
-    """Also where a shoulder, in whose frame φ is told, is turned back."""
+    """Also where a shoulder, in whose frame φ is measured, is turned back."""
     arm = next(limb for limb in analysed_kick.limbs if limb.name == "LeftArm-LeftHand")
     flip = replace(new_constant_offset_interval(arm.name, 40, 90, 2.0), kind=Kind.LIMB_FLIP)
     chosen = [new_constant_offset_interval("LeftShoulder", 60, 120, 1.0), flip]
@@ -108,13 +108,13 @@ def test_the_swivel_after_correction_is_that_of_the_corrected_motion(analysed_ki
     corrected.take(chosen)
     refined = refine(analysed_kick.motion, analysed_kick.chains_and_limbs, chosen)
     swivel = analysed_kick.flips.limbs[arm.name].swivel
-    told, true = (
+    predicted, true = (
         corrected.swivel(arm),
         swivel.angle_at(*limb_middle_and_end_positions(refined, arm)),
     )
     bent = swivel.height > 1e-3
-    assert np.abs(wrap(told - true))[bent].max() < 1e-9
-    assert np.abs(wrap(told - swivel.angle))[60:120].max() > 0.5
+    assert np.abs(wrap(predicted - true))[bent].max() < 1e-9
+    assert np.abs(wrap(predicted - swivel.angle))[60:120].max() > 0.5
 
 
 def test_a_shoulder_turned_back_beside_its_arm_moves_no_hand(analysed_kick):

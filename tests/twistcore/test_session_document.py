@@ -38,12 +38,12 @@ from twistcore.review.model import Decision, Judged
 from twistcore.review.session import (
     judged_from_json,
     judged_to_json,
-    needs_newer_session_schema,
     read_session,
     read_session_with_hash,
     session_bytes,
     session_document,
     session_from_document,
+    tracks_place_or_both_ways,
     write_session,
 )
 from twistcore.skeleton.rig import AS_FOUND, OwnChain, Rig
@@ -404,8 +404,8 @@ def test_tracking_comes_back(tracking):
     entry = tracking_to_json(tracking)
     assert entry["gains"] == ("learned" if tracking.learned else "hand")
     assert tracking_from_json(json.loads(json.dumps(entry))) == tracking
-    assert needs_newer_session_schema(tracking) == (tracking is not TRACKING)
-    assert not needs_newer_session_schema(None)
+    assert tracks_place_or_both_ways(tracking) == (tracking is not TRACKING)
+    assert not tracks_place_or_both_ways(None)
     del entry["causal"], entry["place"]
     assert tracking_from_json(entry) == replace(tracking, causal=True, place=False)
 

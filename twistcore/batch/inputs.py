@@ -207,6 +207,7 @@ def _below(
                 continue
             if entry.is_dir(follow_symlinks=False):
                 below.append(entry.path)
+            # A link may lead to a folder. Making a Path for each of many files would be slow.
             elif has_clip_suffix(entry.name) and not os.path.isdir(entry.path):  # noqa: PTH112
                 name = os.path.relpath(entry.path, root).replace(os.sep, "/")
                 if fits(name) and not _has_other_data(entry.path):

@@ -115,9 +115,9 @@ def refine_command(arguments: argparse.Namespace) -> int:
     if arguments.session:
         session = f"session with {count_with_noun(len(review.state.intervals), 'interval')}"
         print_remark(f"{arguments.session}: {session}, {len(applied)} accepted automatically")
-    problems, beside = uncorrected_and_moved_joint_sentences(clip, chains, applied)
+    problems, moved = uncorrected_and_moved_joint_sentences(clip, chains, applied)
     problems += nothing_examined_sentence(name, found)
-    notes += beside
+    notes += moved
     if arguments.json:
         print_json(_refined_to_json(arguments, clip, found, done, notes, problems))
     return _tell(notes, problems)
@@ -149,10 +149,10 @@ def apply_command(arguments: argparse.Namespace) -> int:
         print_remark(
             f"{arguments.output}: {count}{seen}{unexamined_limbs_text(analysis.unexamined)}"
         )
-    problems, beside = uncorrected_and_moved_joint_sentences(clip, chains, chosen)
+    problems, moved = uncorrected_and_moved_joint_sentences(clip, chains, chosen)
     problems += unknown_error_kind_sentences(clip, session.state)
     problems += blind
-    notes += beside
+    notes += moved
     if arguments.json:
         document = _applied_to_json(arguments, replay, done, notes, problems)
         why = analysis.not_examined if blind else None

@@ -229,10 +229,10 @@ def write_replayed_clip(output: Path, own: Mapping[str, str], pair: SessionClip)
         write_missing_companion_files(replay.clip.companions, path.parent)
         write_atomically(path, patch.data)
     chosen, state = replay.session.state.chosen(), replay.session.state
-    left, beside = uncorrected_and_moved_joint_sentences(replay.clip, replay.chains, chosen)
+    left, moved = uncorrected_and_moved_joint_sentences(replay.clip, replay.chains, chosen)
     left += unknown_error_kind_sentences(replay.clip, state)
     repairable = sum(judged.counts for judged in state.intervals)
-    return Replayed(mark, before != mark, len(chosen), repairable, patch.jumps, left, beside)
+    return Replayed(mark, before != mark, len(chosen), repairable, patch.jumps, left, moved)
 
 
 def read_recorded_hashes_of_exports(output: Path) -> dict[str, str]:

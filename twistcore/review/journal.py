@@ -64,9 +64,9 @@ from twistcore.review.session import (
     Session,
     judged_from_json,
     judged_to_json,
-    needs_newer_session_schema,
     session_document,
     session_from_document,
+    tracks_place_or_both_ways,
 )
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Motion
@@ -393,7 +393,7 @@ def review_command_to_json(command: Command) -> dict[str, Any]:
             verb = _MOVED
         else:
             del fields["moved"]
-    if isinstance(command, Track) and needs_newer_session_schema(command.tracking):
+    if isinstance(command, Track) and tracks_place_or_both_ways(command.tracking):
         verb = _SPLINE if command.tracking and command.tracking.spline else _BOTH_WAYS
     return {"do": verb, **fields}
 

@@ -102,8 +102,8 @@ def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
     newer features.
     """
     tracking = state.tracking
-    otherwise = needs_newer_session_schema(tracking)
-    kinds = otherwise or bool(state.rig) or _needs_kinds(clip, state)
+    extended = tracks_place_or_both_ways(tracking)
+    kinds = extended or bool(state.rig) or _needs_kinds(clip, state)
     document = {
         "schema": LIMBS_SCHEMA if kinds else SCHEMA,
         "clip": str(clip.path.absolute()),
@@ -122,7 +122,7 @@ def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
         document["tracking"] = tracking_to_json(tracking)
         if not kinds:
             document["schema"] = TRACKING_SCHEMA
-        elif otherwise:
+        elif extended:
             document["schema"] = BOTH_WAYS_SCHEMA
     if any(j.corrects and not j.interval.repairable for j in state.intervals):
         document["schema"] = JOINTS_SCHEMA
@@ -293,7 +293,7 @@ def _tracking_of(document: Mapping[str, Any]) -> Tracking | None:
     return None
 
 
-def needs_newer_session_schema(tracking: Tracking | None) -> bool:
+def tracks_place_or_both_ways(tracking: Tracking | None) -> bool:
     """Return True if tracking includes the position, or runs forward and backward in time.
 
     The first program versions with tracking would ignore these settings, so a session with them
